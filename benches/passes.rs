@@ -43,11 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
     pool.build_global()?;
-    let compute = ComputeDevice::choose(if options.software {
-        DeviceChoice::Gpu
-    } else {
-        DeviceChoice::Auto
-    });
+    let compute = ComputeDevice::choose(if options.software { DeviceChoice::Gpu } else { DeviceChoice::Auto });
     let threads = rayon::current_num_threads();
     if !options.json {
         println!("{threads} threads; {}; median milliseconds.\n", compute.description);
@@ -69,10 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if options.json {
         let (machine, device) = (Machine::this(), &compute.description);
-        println!(
-            "{}",
-            json!({"machine": machine, "threads": threads, "device": device, "sizes": sizes})
-        );
+        println!("{}", json!({"machine": machine, "threads": threads, "device": device, "sizes": sizes}));
     }
     Ok(())
 }
@@ -80,11 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Prints the rows of one size.
 fn print(size: usize, here: &PassTable, there: Option<&PassTable>) {
     let speed = |table: &PassTable| format!("{:.1}", table.copied_per_second / 1e9);
-    println!(
-        "| {size} | copying, GB/s | {} | | | {} | | |",
-        speed(here),
-        there.map_or("–".into(), speed)
-    );
+    println!("| {size} | copying, GB/s | {} | | | {} | | |", speed(here), there.map_or("–".into(), speed));
     for pass in &here.passes {
         let same = there.and_then(|there| there.passes.iter().find(|p| p.name == pass.name));
         println!("| {size} | {} | {} | {} |", pass.name, cells(Some(pass)), cells(same));

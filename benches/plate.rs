@@ -100,11 +100,8 @@ fn times(options: &Options) -> Result<()> {
             (30.0 * (0.8 - (x - 1.0).hypot(y - 1.0))).clamp(0.0, 1.0)
         };
         let matte = Mask::from_fn(width, height, |x, y| subject(x, y, (width, height)));
-        let light = Image::from_fn(width, height, |x, y| {
-            [0.2, 0.3, 0.4].map(|v| v + 0.3 * noise(y * width + x))
-        });
-        let square =
-            PlateSquare { x: (width as f32 - height as f32) / 2.0, y: 0.0, side: height as f32 };
+        let light = Image::from_fn(width, height, |x, y| [0.2, 0.3, 0.4].map(|v| v + 0.3 * noise(y * width + x)));
+        let square = PlateSquare { x: (width as f32 - height as f32) / 2.0, y: 0.0, side: height as f32 };
         let share = width as f32 / height as f32;
         let working = Mask::from_fn(LIGHT, LIGHT, |x, y| {
             let across = (x as f32 + 0.5 - 0.5 * LIGHT as f32) / share + 0.5 * LIGHT as f32;
@@ -127,20 +124,11 @@ fn times(options: &Options) -> Result<()> {
             let ms = timed(options.rounds, || {
                 yaw_deg += 1.0;
                 let lamp = |l: usize| [0.02 + 0.001 * ((l as f32 + yaw_deg).sin() + 1.0); 3];
-                let weights =
-                    LightWeights { per_lamp: (0..LAMPS).map(lamp).collect(), uncovered: 0.0 };
-                let scene = Scene {
-                    yaw_deg,
-                    background: background.clone(),
-                    output: Output::Display,
-                    ..Scene::default()
-                };
+                let weights = LightWeights { per_lamp: (0..LAMPS).map(lamp).collect(), uncovered: 0.0 };
+                let scene =
+                    Scene { yaw_deg, background: background.clone(), output: Output::Display, ..Scene::default() };
                 let ingredients = Ingredients {
-                    extra: Extra {
-                        plate: Some(&plate),
-                        identity: Identity::default(),
-                        ..Extra::default()
-                    },
+                    extra: Extra { plate: Some(&plate), identity: Identity::default(), ..Extra::default() },
                     ..Ingredients::new(&field, &working, &weights, &environment)
                 };
                 match series.compose(&scene, (&light, &working), &ingredients) {
@@ -211,12 +199,7 @@ fn uncover(image: &mut Image, mask: &Mask) {
 type Enlarge<T> = fn(&Raster<T>, usize, usize) -> Raster<T>;
 
 /// Enlarges inside the matte only.
-fn normalized(
-    image: &Image,
-    mask: &Mask,
-    (width, height): (usize, usize),
-    enlarge: Enlarge<[f32; 3]>,
-) -> Image {
+fn normalized(image: &Image, mask: &Mask, (width, height): (usize, usize), enlarge: Enlarge<[f32; 3]>) -> Image {
     let mut image = image.clone();
     cover(&mut image, mask);
     let mut large = enlarge(&image, width, height);
@@ -267,9 +250,8 @@ fn floor(look: &Image, mask: &Mask) -> f32 {
 fn log_ratio(relit: &Image, mask: &Mask, shot: &Shot, enlarge: Enlarge<[f32; 3]>) -> Image {
     let floor = floor(&shot.look, mask);
     let pairs = relit.pixels.iter().zip(&shot.look.pixels);
-    let log = |(a, b): (&[f32; 3], &[f32; 3])| {
-        [0, 1, 2].map(|c| ((a[c].max(0.0) + 1e-3 * floor) / (b[c] + floor)).ln())
-    };
+    let log =
+        |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| ((a[c].max(0.0) + 1e-3 * floor) / (b[c] + floor)).ln());
     let log = Image { pixels: pairs.map(log).collect(), ..*relit };
     // Shifted, because uncovered pixels count as 0.
     let least = log.pixels.iter().flatten().copied().fold(0f32, f32::min);
@@ -287,9 +269,7 @@ fn joint_bilateral(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
     let (width, height) = shot.size();
     let floor = floor(&shot.look, mask);
     let grey = |pixel: [f32; 3]| (pixel.iter().sum::<f32>() / 3.0 + floor).ln();
-    let along = |i: usize, source: usize, target: usize| {
-        (i as f32 + 0.5) * source as f32 / target as f32 - 0.5
-    };
+    let along = |i: usize, source: usize, target: usize| (i as f32 + 0.5) * source as f32 / target as f32 - 0.5;
     Image::from_fn(width, height, |x, y| {
         let (u, v) = (along(x, relit.width, width), along(y, relit.height, height));
         let own = grey(shot.light.at(x, y));
@@ -297,17 +277,14 @@ fn joint_bilateral(relit: &Image, mask: &Mask, shot: &Shot) -> Image {
         for dy in -1..=1 {
             for dx in -1..=1 {
                 let (i, j) = (u.round() + dx as f32, v.round() + dy as f32);
-                let inside = (0.0..relit.width as f32).contains(&i)
-                    && (0.0..relit.height as f32).contains(&j);
+                let inside = (0.0..relit.width as f32).contains(&i) && (0.0..relit.height as f32).contains(&j);
                 if !inside {
                     continue;
                 }
-                let (near, look) =
-                    (relit.at(i as usize, j as usize), shot.look.at(i as usize, j as usize));
+                let (near, look) = (relit.at(i as usize, j as usize), shot.look.at(i as usize, j as usize));
                 let apart = (u - i).powi(2) + (v - j).powi(2);
                 let differs = (own - grey(look)).powi(2);
-                let weight = mask.at(i as usize, j as usize)
-                    * (-apart / 0.5 - differs / (2.0 * 0.5 * 0.5)).exp();
+                let weight = mask.at(i as usize, j as usize) * (-apart / 0.5 - differs / (2.0 * 0.5 * 0.5)).exp();
                 total += weight;
                 (0..3).for_each(|c| sum[c] += weight * near[c] / (look[c] + floor));
             }
@@ -365,14 +342,11 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             Ok((named.name.clone(), weights.per_lamp))
         });
         let environments: Vec<(String, Vec<[f32; 3]>)> = environments.collect::<Result<_>>()?;
-        let frames: Vec<usize> =
-            truth.frames.iter().copied().filter(|&f| truth.has_olats(f)).collect();
+        let frames: Vec<usize> = truth.frames.iter().copied().filter(|&f| truth.has_olats(f)).collect();
         let device = Device::flex();
-        let predictor = OlatPredictor::open(&project, &calibration, &device)?
-            .with_detail(&project, &calibration)?;
+        let predictor = OlatPredictor::open(&project, &calibration, &device)?.with_detail(&project, &calibration)?;
         // Method, environment, frame.
-        let mut pictures: Vec<Vec<Vec<Image>>> =
-            vec![vec![Vec::new(); environments.len()]; METHODS.len() + 2];
+        let mut pictures: Vec<Vec<Vec<Image>>> = vec![vec![Vec::new(); environments.len()]; METHODS.len() + 2];
         let mut truths: Vec<Vec<Image>> = vec![Vec::new(); environments.len()];
         let (mut mattes, mut ms) = (Vec::new(), [Vec::new(), Vec::new()]);
         let mut plate_size = (0, 0);
@@ -443,10 +417,7 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
         println!("|---|{}", "---:|".repeat(names.len()));
         let labels = METHODS.iter().map(|(name, _)| *name);
         for (name, by_environment) in labels
-            .chain([
-                "**the same with the exemplars' fine light**",
-                "the rig's limit: summed at the plate's size",
-            ])
+            .chain(["**the same with the exemplars' fine light**", "the rig's limit: summed at the plate's size"])
             .zip(&pictures)
         {
             let mut cells = Vec::new();

@@ -93,8 +93,7 @@ fn race(size: usize, options: &Options) -> Result<Vec<Row>> {
         values: (0..lamps * 3 * size * size).into_par_iter().map(value).collect(),
     };
     let half = HalfField::from(&full);
-    let weights: Vec<[f32; 3]> =
-        (0..lamps).map(|l| [0.01 * l as f32 + 0.1, 0.3, 1.0 / (1 + l) as f32]).collect();
+    let weights: Vec<[f32; 3]> = (0..lamps).map(|l| [0.01 * l as f32 + 0.1, 0.3, 1.0 / (1 + l) as f32]).collect();
     let lit = lit_lamps(&weights);
     let mut python = match std::env::var(PYTHON) {
         Ok(python) if !python.is_empty() => Some(Peer::start(&python, size, options)?),

@@ -22,8 +22,7 @@ const ROUNDS: usize = 31;
 /// Side of the pictures that transfer matches at this size.
 const MATCHED: usize = 192;
 /// Waves of the flow's pictures: along x and y, in radians per pixel, and their codes.
-const WAVES: [[f32; 3]; 4] =
-    [[0.09, 0.05, 30.0], [0.06, -0.11, 30.0], [0.31, 0.42, 20.0], [0.52, -0.37, 20.0]];
+const WAVES: [[f32; 3]; 4] = [[0.09, 0.05, 30.0], [0.06, -0.11, 30.0], [0.31, 0.42, 20.0], [0.52, -0.37, 20.0]];
 
 /// Time transfer.
 #[derive(Parser)]
@@ -83,8 +82,7 @@ fn main() -> Result<()> {
     let mut peer = Command::new(python);
     peer.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peers/flow.py")).args(&files);
     let FlowSettings { finest_scale, stride, descent_iterations, .. } = settings;
-    let counts =
-        [MATCHED, ROUNDS, finest_scale, stride, descent_iterations, settings.refinement_iterations];
+    let counts = [MATCHED, ROUNDS, finest_scale, stride, descent_iterations, settings.refinement_iterations];
     peer.args(counts.map(|n| n.to_string()));
     peer.args([settings.alpha, settings.delta, settings.gamma].map(|weight| weight.to_string()));
     let told = peer.stderr(Stdio::inherit()).output()?;

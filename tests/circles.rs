@@ -51,9 +51,7 @@ impl Crate {
                 Some(rest) => (true, rest.split_once(' ').map_or("", |(_, rest)| rest)),
                 None => (false, line),
             };
-            let Some(first) = rest.strip_prefix("use ") else {
-                continue;
-            };
+            let Some(first) = rest.strip_prefix("use ") else { continue };
             let mut tree = first.to_owned();
             while !tree.contains(';') {
                 tree += lines.next().unwrap();
@@ -137,9 +135,8 @@ fn expand(tree: &str, before: &[String], into: &mut Vec<Vec<String>>) {
     for end in ends {
         let part = tree[start..end].trim();
         start = (end + 1).min(tree.len());
-        let (path, inner) = part
-            .split_once('{')
-            .map_or((part, None), |(path, inner)| (path, inner.trim_end().strip_suffix('}')));
+        let (path, inner) =
+            part.split_once('{').map_or((part, None), |(path, inner)| (path, inner.trim_end().strip_suffix('}')));
         let path = path.split(" as ").next().unwrap();
         let names = path.split("::").map(str::trim).filter(|name| !name.is_empty());
         let names: Vec<String> = before.iter().cloned().chain(names.map(str::to_owned)).collect();

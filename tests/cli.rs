@@ -24,10 +24,7 @@ fn a_small_shoot_goes_all_the_way() {
     succeed(at, &["import", "film", "--shoot", "shoot", "--size", "32", "--json"]);
 
     let calibration = succeed(at, &["calibrate", "film", "--json"]);
-    has_keys(
-        &calibration,
-        &["gamma1", "gamma2", "exposure", "interview_weights", "uncovered_energy", "lamps"],
-    );
+    has_keys(&calibration, &["gamma1", "gamma2", "exposure", "interview_weights", "uncovered_energy", "lamps"]);
     let given = succeed(at, &["calibrate", "film", "--gamma", "srgb", "--json"]);
     assert_eq!(given["curve"], "srgb");
     for exponent in ["gamma1", "gamma2"] {
@@ -41,8 +38,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert_eq!(calibration["interview_weights"][0].as_array().unwrap().len(), 3);
 
     // Before any training the carried-over exemplars are used, and a message says so.
-    let untrained =
-        ["relight", "film", "--environment", "nave", "--frames", "0", "--to", "untrained.png"];
+    let untrained = ["relight", "film", "--environment", "nave", "--frames", "0", "--to", "untrained.png"];
     let said = afterlight(at, &untrained);
     assert_eq!(said.status.code(), Some(0));
     let said = String::from_utf8_lossy(&said.stderr).into_owned();
@@ -57,17 +53,12 @@ fn a_small_shoot_goes_all_the_way() {
     let refused = fail(at, &["evaluate", "film", "--truth", "shoot", "--with", "network"]);
     assert!(refused.contains("afterlight train"), "{refused}");
 
-    let train =
-        ["train", "film", "--epochs", "1", "--exclude-truth", "shoot", "--device", "cpu", "--json"];
+    let train = ["train", "film", "--epochs", "1", "--exclude-truth", "shoot", "--device", "cpu", "--json"];
     let trained = succeed(at, &train);
-    has_keys(
-        &trained,
-        &["steps", "seconds", "features", "device", "parameters", "loss_rec", "loss_render"],
-    );
+    has_keys(&trained, &["steps", "seconds", "features", "device", "parameters", "loss_rec", "loss_render"]);
     assert_eq!(trained["steps"], 6);
 
-    let scores =
-        succeed(at, &["evaluate", "film", "--truth", "shoot", "--sheet", "sheet.png", "--json"]);
+    let scores = succeed(at, &["evaluate", "film", "--truth", "shoot", "--sheet", "sheet.png", "--json"]);
     has_keys(&scores, &["relit_psnr_db", "olat_psnr_db", "frames"]);
     assert!(scores["relit_psnr_db"].as_object().unwrap().values().all(Value::is_number));
     assert!(at.join("sheet.png").exists());
@@ -77,17 +68,7 @@ fn a_small_shoot_goes_all_the_way() {
     let reviewed = succeed(at, &of_poses);
     assert_eq!(reviewed["unseen"], Value::Null, "every pose was trained on");
     assert_eq!(reviewed["seen"]["cases"], 6);
-    let with_truth = [
-        "review",
-        "film",
-        "--truth",
-        "shoot",
-        "--report",
-        "review.html",
-        "--device",
-        "cpu",
-        "--json",
-    ];
+    let with_truth = ["review", "film", "--truth", "shoot", "--report", "review.html", "--device", "cpu", "--json"];
     let reviewed = succeed(at, &with_truth);
     has_keys(&reviewed["unseen"], &["cases", "psnr_db", "ssim", "flip"]);
     has_keys(&reviewed["worst"][0], &["case", "lamp", "flip"]);
@@ -114,17 +95,7 @@ fn a_small_shoot_goes_all_the_way() {
     let again = std::fs::metadata(at.join("film/measured.json")).unwrap();
     assert!(page.exists() && kept.modified().unwrap() == again.modified().unwrap());
 
-    let to_stills = [
-        "relight",
-        "film",
-        "--environment",
-        "nave",
-        "--frames",
-        "2-3",
-        "--to",
-        "out.%04d.exr",
-        "--json",
-    ];
+    let to_stills = ["relight", "film", "--environment", "nave", "--frames", "2-3", "--to", "out.%04d.exr", "--json"];
     let relit = succeed(at, &to_stills);
     has_keys(&relit, &["frames", "ms_per_frame", "passes", "output"]);
     has_keys(&relit["passes"][0], &["name", "ran", "reason", "ms"]);
@@ -165,21 +136,11 @@ fn a_small_shoot_goes_all_the_way() {
     configurations_decide_colors(at);
     exports_go_on(at);
     stills_stand_behind(at);
-    let refused =
-        fail(at, &["relight", "film", "--environment", "nave", "--layers", "--to", "x.mp4"]);
+    let refused = fail(at, &["relight", "film", "--environment", "nave", "--layers", "--to", "x.mp4"]);
     assert!(refused.contains("%04d.exr"), "{refused}");
 
     if test_support::ffmpeg() {
-        let to_clip = [
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--turntable",
-            "--to",
-            "clip.mp4",
-            "--json",
-        ];
+        let to_clip = ["relight", "film", "--environment", "nave", "--turntable", "--to", "clip.mp4", "--json"];
         assert_eq!(succeed(at, &to_clip)["frames"], 8);
         assert!(at.join("clip.mp4").metadata().unwrap().len() > 500);
     }
@@ -306,8 +267,7 @@ fn configurations_decide_colors(at: &Path) {
     let plain = relight("plain.png", &[]);
     relight("shown.png", &["--ocio-display", "sRGB - Display"]);
     // The files also record how they were made.
-    let [before, after] =
-        ["plain.png", "shown.png"].map(|name| read_encoded(&at.join(name)).unwrap());
+    let [before, after] = ["plain.png", "shown.png"].map(|name| read_encoded(&at.join(name)).unwrap());
     assert!(before != after);
     relight("aces.exr", &["--ocio-space", "scene_linear", "--layers"]);
     assert_eq!(succeed(at, &["check", "aces.exr", "--json"])["level"], "green");
@@ -327,16 +287,7 @@ fn configurations_decide_colors(at: &Path) {
     assert_eq!(succeed(at, &["ocio", "film", "--use", "none", "--json"])["config"], Value::Null);
     // An environment variable that names one changes nothing by itself.
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
-    command.args([
-        "relight",
-        "film",
-        "--environment",
-        "nave",
-        "--frames",
-        "2-2",
-        "--to",
-        "again.png",
-    ]);
+    command.args(["relight", "film", "--environment", "nave", "--frames", "2-2", "--to", "again.png"]);
     let done = command.env("OCIO", "ocio://default").current_dir(at).output().unwrap();
     assert!(done.status.success());
     assert_eq!(std::fs::read(at.join("again.png")).unwrap(), plain);
@@ -386,16 +337,12 @@ fn exports_go_on(at: &Path) {
         std::fs::remove_file(file(3)).unwrap();
         std::fs::write(file(1), &whole[0][..20]).unwrap();
         assert_eq!(relight("10"), 2);
-        assert!(
-            read() == whole,
-            "{ending}: the frames are equal to those of an uninterrupted export"
-        );
+        assert!(read() == whole, "{ending}: the frames are equal to those of an uninterrupted export");
         assert_eq!(relight("10"), 4);
         assert_eq!(relight("11"), 0, "another look");
         assert!(read() != whole);
     }
-    let refused =
-        fail(at, &["relight", "film", "--environment", "nave", "--resume", "--to", "x.mp4"]);
+    let refused = fail(at, &["relight", "film", "--environment", "nave", "--resume", "--to", "x.mp4"]);
     assert!(refused.contains("cannot resume"), "{refused}");
     test_support::shown!(Accidents, "An export of stills is stopped or killed, and run again with --resume",
         bound: "the files of an uninterrupted export", measured: "equal bytes");
@@ -462,9 +409,7 @@ fn kernels_are_timed_once(at: &Path) {
 
 /// The front of a file is a yaw of its content, given once or remembered by the project.
 fn fronts_are_yaws_and_are_remembered(at: &Path) {
-    let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
-        image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])
-    });
+    let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3]));
     yard.save(at.join("yard.exr")).unwrap();
     let picture = |environment: &str, options: &[&str]| {
         let mut arguments = vec!["relight", "film", "--environment", environment];
@@ -504,8 +449,7 @@ fn a_list_of_lamps_takes_the_place_of_balls_and_can_be_thinned_out() {
     let manifest = std::fs::read_to_string(shoot.join("manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let directions = manifest["bank_directions"].as_array().unwrap().iter().enumerate();
-    let lines =
-        directions.map(|(lamp, d)| format!("olat_{lamp:02}.png {} {} {}\n", d[0], d[1], d[2]));
+    let lines = directions.map(|(lamp, d)| format!("olat_{lamp:02}.png {} {} {}\n", d[0], d[1], d[2]));
     std::fs::write(shoot.join("dome.lp"), lines.collect::<String>()).unwrap();
     std::fs::remove_dir_all(shoot.join("probes")).unwrap();
     std::fs::remove_file(shoot.join("manifest.json")).unwrap();
@@ -618,12 +562,7 @@ fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
 #[test]
 fn wrong_usage_exits_with_2_and_help_has_examples() {
     let folder = tempfile::tempdir().unwrap();
-    for wrong in [
-        &["train"][..],
-        &["stage", "x", "--size", "many"],
-        &["relight", "film", "--yaw"],
-        &["--nonsense"],
-    ] {
+    for wrong in [&["train"][..], &["stage", "x", "--size", "many"], &["relight", "film", "--yaw"], &["--nonsense"]] {
         assert_eq!(afterlight(folder.path(), wrong).status.code(), Some(2), "{wrong:?}");
     }
     let relight = ["relight", "film", "--environment", "nave", "--to", "x.png"];
@@ -723,8 +662,7 @@ fn output_that_nobody_takes_is_no_crash() {
     // The reader closes before the first line is written.
     let mut gone = check().stdout(Stdio::piped()).spawn().unwrap();
     drop(gone.stdout.take());
-    let said: Vec<String> =
-        BufReader::new(gone.stderr.take().unwrap()).lines().map_while(Result::ok).collect();
+    let said: Vec<String> = BufReader::new(gone.stderr.take().unwrap()).lines().map_while(Result::ok).collect();
     assert_eq!(gone.wait().unwrap().code(), Some(0), "{said:?}");
     test_support::shown!(
         Surroundings,
@@ -749,39 +687,23 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
     succeed(at, &["calibrate", "film", "--json"]);
     let (project, mut shoot) = (contents(&at.join("film")), contents(&at.join("shoot")));
     shoot.retain(|path, _| path.is_file());
-    let balls: Vec<_> =
-        shoot.keys().filter(|path| path.parent().unwrap().ends_with("probes")).collect();
+    let balls: Vec<_> = shoot.keys().filter(|path| path.parent().unwrap().ends_with("probes")).collect();
     let all_balls = |level: u8| {
         for path in &balls {
             repaint(path, |picture| {
-                image::RgbImage::from_pixel(
-                    picture.width(),
-                    picture.height(),
-                    image::Rgb([level; 3]),
-                )
+                image::RgbImage::from_pixel(picture.width(), picture.height(), image::Rgb([level; 3]))
             });
         }
     };
     let olat = at.join("shoot/exemplars/pose01/olat_03.png");
     let ball = at.join("shoot/probes/olat_03.png");
-    let smaller =
-        |path: &Path| repaint(path, |picture| image::imageops::thumbnail(&picture, 16, 16));
+    let smaller = |path: &Path| repaint(path, |picture| image::imageops::thumbnail(&picture, 16, 16));
     type Fault<'a> = &'a dyn Fn();
     let cases: [(&str, Fault, &[&str], [&str; 2]); 11] = [
         ("black balls", &|| all_balls(0), &[], ["interview.png", "expose them"]),
-        (
-            "black balls, looked for",
-            &|| all_balls(0),
-            &["--find-ball"],
-            ["interview.png", "more light"],
-        ),
+        ("black balls, looked for", &|| all_balls(0), &["--find-ball"], ["interview.png", "more light"]),
         ("clipped balls", &|| all_balls(255), &[], ["interview.png", "clipped everywhere"]),
-        (
-            "clipped balls, looked for",
-            &|| all_balls(255),
-            &["--find-ball"],
-            ["interview.png", "denser filter"],
-        ),
+        ("clipped balls, looked for", &|| all_balls(255), &["--find-ball"], ["interview.png", "denser filter"]),
         (
             "no ball",
             &|| {
@@ -796,20 +718,12 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
         ("a ball's size", &|| smaller(&ball), &[], ["probes/olat_03.png", "uncropped"]),
         ("an OLAT's size", &|| smaller(&olat), &[], ["pose01/olat_03.png", "matte"]),
         ("no OLAT", &|| std::fs::remove_file(&olat).unwrap(), &[], ["pose01/olat_03.png", "Check"]),
-        (
-            "no ball's photograph",
-            &|| std::fs::remove_file(&ball).unwrap(),
-            &[],
-            ["probes/olat_03.png", "Check"],
-        ),
+        ("no ball's photograph", &|| std::fs::remove_file(&ball).unwrap(), &[], ["probes/olat_03.png", "Check"]),
         (
             "a black subject",
             &|| {
-                for path in shoot.keys().filter(|path| path.to_string_lossy().contains("exemplars"))
-                {
-                    repaint(path, |picture| {
-                        image::RgbImage::new(picture.width(), picture.height())
-                    });
+                for path in shoot.keys().filter(|path| path.to_string_lossy().contains("exemplars")) {
+                    repaint(path, |picture| image::RgbImage::new(picture.width(), picture.height()));
                 }
             },
             &[],
@@ -905,8 +819,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     assert_eq!(prediction.len(), 2);
     for (environment, prediction) in &prediction {
         let [prediction, transfer, ratio] =
-            [prediction, &transfer[environment], &ratio[environment]]
-                .map(|db| db.as_f64().unwrap());
+            [prediction, &transfer[environment], &ratio[environment]].map(|db| db.as_f64().unwrap());
         for found in [prediction, transfer] {
             assert!(found > ratio + 1.0, "{environment}: {found} dB, ratio {ratio} dB");
         }
@@ -939,11 +852,8 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
     let before = made();
     let prepared = succeed(at, &["demo", "--prepare", "--json"]);
     assert_eq!((&prepared["lamps"], &prepared["frames"]), (&41.into(), &24.into()));
-    let changed: Vec<_> = made()
-        .into_iter()
-        .filter(|(path, bytes)| before.get(path) != Some(bytes))
-        .map(|(path, _)| path)
-        .collect();
+    let changed: Vec<_> =
+        made().into_iter().filter(|(path, bytes)| before.get(path) != Some(bytes)).map(|(path, _)| path).collect();
     assert!(changed.is_empty(), "{changed:?}");
 }
 
@@ -957,12 +867,9 @@ fn a_project_that_another_writes_to_is_left_alone() {
     assert_eq!(succeed(at, &import)["name"], "Anna");
     let lock = afterlight::project::Lock::take(&at.join("film"), "a test").unwrap();
     let before = contents(&at.join("film"));
-    for arguments in [
-        &["calibrate", "film"][..],
-        &["train", "film"],
-        &["frame", "film", "--interview", "0,0,8"],
-        &import,
-    ] {
+    for arguments in
+        [&["calibrate", "film"][..], &["train", "film"], &["frame", "film", "--interview", "0,0,8"], &import]
+    {
         let refused = fail(at, arguments);
         let holder = format!("a test, process {}", std::process::id());
         assert!(refused.contains(&holder), "{arguments:?}: {refused}");

@@ -11,9 +11,7 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let groups = folders(&sources).filter(|path| path.is_dir());
     let mut found = BTreeMap::new();
     for folder in groups.flat_map(|group| folders(&group)) {
-        let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else {
-            continue;
-        };
+        let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
         let table: toml::Table = text.parse().unwrap();
         let names = table["dependencies"].as_table().unwrap().keys().cloned();
         let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
@@ -37,10 +35,7 @@ fn the_window_alone_knows_egui() {
 
 #[test]
 fn burn_stays_with_the_network_its_training_and_its_device() {
-    assert_eq!(
-        who_knows(&["burn", "cubecl"]),
-        ["gpu", "person", "reflectance", "rivals", "training"]
-    );
+    assert_eq!(who_knows(&["burn", "cubecl"]), ["gpu", "person", "reflectance", "rivals", "training"]);
 }
 
 #[test]

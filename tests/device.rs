@@ -37,10 +37,7 @@ fn sound(device: &Value) -> usize {
                 assert!(row["runs"].as_u64().unwrap() > 0 && left_out.is_none(), "{row}");
                 timed += 1;
             }
-            None => assert!(
-                left_out.is_some_and(|why| !why.is_empty()) || row["first_ms"].as_f64().is_some(),
-                "{row}"
-            ),
+            None => assert!(left_out.is_some_and(|why| !why.is_empty()) || row["first_ms"].as_f64().is_some(), "{row}"),
         }
         if let Some(predicted) = row["predicted_ms"].as_f64() {
             assert!(predicted > 0.0 && left_out.is_some(), "{row}");
@@ -53,10 +50,8 @@ fn sound(device: &Value) -> usize {
 fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    let report = succeed(
-        folder.path(),
-        &["device", "--minutes", "0.4", "--device", "cpu", "--json", "--report", "machine.md"],
-    );
+    let report =
+        succeed(folder.path(), &["device", "--minutes", "0.4", "--device", "cpu", "--json", "--report", "machine.md"]);
     for key in ["machine", "adapters", "minutes", "seconds", "stopped", "devices"] {
         assert!(report.get(key).is_some(), "no {key}");
     }
@@ -75,8 +70,7 @@ fn a_machine_is_measured_within_its_time_and_what_does_not_fit_is_named() {
         ("relit frame, network included", "quick", 512),
         ("turn of the light in the window", "quick", 1024),
     ] {
-        let named =
-            |row: &&Value| row["what"] == what && row["network"] == network && row["size"] == size;
+        let named = |row: &&Value| row["what"] == what && row["network"] == network && row["size"] == size;
         assert!(rows(cpu).iter().any(|row| named(&row)), "no {what} of {network} at {size}");
     }
     let seconds = report["seconds"].as_f64().unwrap();
@@ -101,11 +95,7 @@ fn the_job_of_the_window_hands_on_what_is_known_after_each_measure() {
     }));
     let job = Job::Device {
         program: env!("CARGO_BIN_EXE_afterlight").into(),
-        settings: DeviceSettings {
-            minutes: 0.1,
-            device: gpu::DeviceChoice::Cpu,
-            ..DeviceSettings::default()
-        },
+        settings: DeviceSettings { minutes: 0.1, device: gpu::DeviceChoice::Cpu, ..DeviceSettings::default() },
         known: Some(known.clone()),
     };
     let Outcome::Machine(report) = job.run(&Progress::silent()).unwrap() else {

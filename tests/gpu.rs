@@ -8,9 +8,7 @@ use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
-use afterlight::reflectance::{
-    Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig,
-};
+use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig};
 use burn::module::Module;
 use burn::tensor::Device;
 use mapped::{gpu, mapped_during};
@@ -86,9 +84,7 @@ fn difference(a: &Image, b: &Image) -> f32 {
 
 #[test]
 fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let [here, there] = both(&compute, Precision::Full);
     let there = kept(&there, Storage::F32, &compute);
     let here = kept(&here, Storage::F32, &ComputeDevice::choose(DeviceChoice::Cpu));
@@ -105,9 +101,7 @@ fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
 
 #[test]
 fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let [_, predictor] = both(&compute, Precision::Full);
     for storage in [Storage::F32, Storage::F16] {
         let lit = || {
@@ -130,15 +124,12 @@ fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
 
 #[test]
 fn a_prediction_is_the_same_however_it_is_kept_and_wherever() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let [here, there] = both(&compute, Precision::Full);
     let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
     let exact = kept(&here, Storage::F32, &cpu);
     let lit = exact.relight(&weights()).unwrap();
-    for (storage, off) in [(Storage::F32, 1e-5), (Storage::F16, 6e-4), (Storage::Compressed, 0.02)]
-    {
+    for (storage, off) in [(Storage::F32, 1e-5), (Storage::F16, 6e-4), (Storage::Compressed, 0.02)] {
         for (predictor, keeper) in [(&here, &cpu), (&here, &compute), (&there, &compute)] {
             let field = kept(predictor, storage, keeper);
             assert_eq!(matches!(field, Field::Gpu(..)), keeper.gpu.is_some());
@@ -152,9 +143,7 @@ fn a_prediction_is_the_same_however_it_is_kept_and_wherever() {
 
 #[test]
 fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let f16 = predicts_in_half(&compute.device);
     if !require(Need::GpuF16, f16, &compute.description) {
         return;

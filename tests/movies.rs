@@ -34,9 +34,7 @@ fn output(program: &str, folder: &Path, arguments: &[&str]) -> Vec<u8> {
 fn as_a_camera_writes_it(shoot: &Path) {
     let [low, high] = TONES_HZ;
     let (seconds, middle) = (FRAMES as f64 * FRAME_S, FRAMES as f64 / 2.0 * FRAME_S);
-    let tone = format!(
-        "aevalsrc=sin(2*PI*t*if(lt(t\\,{middle:.6})\\,{low}\\,{high})):s=48000:d={seconds:.6}"
-    );
+    let tone = format!("aevalsrc=sin(2*PI*t*if(lt(t\\,{middle:.6})\\,{low}\\,{high})):s=48000:d={seconds:.6}");
     let words = format!(
         "-r {RATE} -i interview.mov -f lavfi -i {tone} -map 0:v -map 1:a -c:v prores_ks -profile:v 3 -c:a pcm_s24le \
          -timecode 10:20:59;28 -metadata:s:v reel_name=A007 camera.mov"
@@ -60,8 +58,7 @@ fn probed(folder: &Path, movie: &str) -> [Value; 2] {
 fn frequency(folder: &Path, movie: &str, from: f64, to: f64) -> f64 {
     let words = ["-i", movie, "-ac", "1", "-ar", "48000", "-f", "s16le", "-"];
     let bytes = output("ffmpeg", folder, &words);
-    let samples: Vec<i16> =
-        (bytes.chunks_exact(2)).map(|b| i16::from_le_bytes([b[0], b[1]])).collect();
+    let samples: Vec<i16> = (bytes.chunks_exact(2)).map(|b| i16::from_le_bytes([b[0], b[1]])).collect();
     let at = |seconds: f64| (seconds * 48000.0).round() as usize;
     let samples = &samples[at(from)..at(to)];
     let zeros = samples.windows(2).filter(|s| (s[0] < 0) != (s[1] < 0));
@@ -74,11 +71,7 @@ fn has_frames(folder: &Path, movie: &str, first: usize, codec: &str, time_code: 
     let count = FRAMES - first;
     assert_eq!(video["nb_read_frames"], count.to_string(), "{movie}");
     assert_eq!(video["codec_name"], codec, "{movie}");
-    assert_eq!(
-        (&video["r_frame_rate"], &video["avg_frame_rate"]),
-        (&Value::from(RATE), &Value::from(RATE)),
-        "{movie}"
-    );
+    assert_eq!((&video["r_frame_rate"], &video["avg_frame_rate"]), (&Value::from(RATE), &Value::from(RATE)), "{movie}");
     assert_eq!((&video["width"], &video["height"]), (&Value::from(PLATE.0), &Value::from(PLATE.1)));
     let said = video["tags"]["timecode"].as_str();
     assert_eq!(said, time_code, "{movie}");
@@ -111,9 +104,7 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     let at = folder.path();
     let run = |line: &str| succeed(at, &line.split(' ').collect::<Vec<_>>());
     let (width, height) = PLATE;
-    run(&format!(
-        "stage shoot --as movies --size 64 --plate {width}x{height} --frames {FRAMES} --lamps 9 --json"
-    ));
+    run(&format!("stage shoot --as movies --size 64 --plate {width}x{height} --frames {FRAMES} --lamps 9 --json"));
     let shoot = at.join("shoot");
     as_a_camera_writes_it(&shoot);
     // The stage's own mattes are kept for comparison.
@@ -146,8 +137,7 @@ fn a_cameras_movie_becomes_a_relit_movie_with_its_sound() {
     assert_eq!(run("train film --epochs 1 --device cpu --json")["steps"], 6);
 
     let relight = |to: &str, options: &str| {
-        let line =
-            format!("relight film --environment nave --device cpu --to {to} --json{options}");
+        let line = format!("relight film --environment nave --device cpu --to {to} --json{options}");
         run(&line)["frames"].clone()
     };
     assert_eq!(relight("all.mov", ""), FRAMES);

@@ -15,9 +15,8 @@ const ALLOWED: [(&str, &str, &str); 9] = [
     ("farm/snapshot.rs", "BTreeSet::new()", "files with hashes, compared and never shown"),
 ];
 /// Names of variables that hold file names or paths.
-const HOLDERS: [&str; 10] = [
-    "names", "paths", "files", "found", "entries", "poses", "parts", "lists", "listing", "pictures",
-];
+const HOLDERS: [&str; 10] =
+    ["names", "paths", "files", "found", "entries", "poses", "parts", "lists", "listing", "pictures"];
 
 /// Sources of the product, without their tests: path, text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -49,14 +48,10 @@ fn sort(line: &str) -> Option<(&str, &str)> {
 /// Fault of a line: an order of file names other than the natural one.
 fn is_plain(line: &str, lists_files: bool) -> bool {
     // A set of names has their plain order.
-    if lists_files
-        && ["BTreeSet<PathBuf>", "BTreeSet<OsString>"].iter().any(|set| line.contains(set))
-    {
+    if lists_files && ["BTreeSet<PathBuf>", "BTreeSet<OsString>"].iter().any(|set| line.contains(set)) {
         return true;
     }
-    let Some((variable, call)) = sort(line) else {
-        return lists_files && line.contains("BTreeSet::new()");
-    };
+    let Some((variable, call)) = sort(line) else { return lists_files && line.contains("BTreeSet::new()") };
     if call.contains("natural_order") || call.contains("total_cmp") {
         return false;
     }
@@ -73,9 +68,7 @@ fn file_names_have_one_order() {
     let (mut found, mut used) = (Vec::new(), [false; ALLOWED.len()]);
     for (path, text) in sources() {
         let lists_files = text.contains("read_dir(") || text.contains("sorted_names(");
-        for (number, line) in
-            text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"))
-        {
+        for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//")) {
             if !is_plain(line, lists_files) {
                 continue;
             }
@@ -90,9 +83,8 @@ fn file_names_have_one_order() {
         "use base::files::natural_order, or give the reason in tests/names.rs:\n{}",
         found.join("\n")
     );
-    let unused: Vec<&str> = (ALLOWED.iter().zip(used))
-        .filter_map(|((file, ..), used)| (!used).then_some(*file))
-        .collect();
+    let unused: Vec<&str> =
+        (ALLOWED.iter().zip(used)).filter_map(|((file, ..), used)| (!used).then_some(*file)).collect();
     assert!(unused.is_empty(), "no longer needed: {}", unused.join(", "));
 }
 

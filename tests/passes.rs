@@ -3,8 +3,7 @@
 mod mapped;
 
 use afterlight::compositor::{
-    Extra, Field, Grain, Ingredients, Pass, Picture, Plate, PlateSquare, Reuse, Steady, compose,
-    compose_reusing,
+    Extra, Field, Grain, Ingredients, Pass, Picture, Plate, PlateSquare, Reuse, Steady, compose, compose_reusing,
 };
 use afterlight::evaluation::flip;
 use afterlight::footage::Frame;
@@ -44,8 +43,7 @@ impl Shoot {
             let [x, y] = [x, y].map(|v| v as f32 + 0.5 - centre);
             x.hypot(y) / centre
         };
-        let mask =
-            Mask::from_fn(SIZE, SIZE, |x, y| (20.0 * (0.7 - from_centre(x, y))).clamp(0.0, 1.0));
+        let mask = Mask::from_fn(SIZE, SIZE, |x, y| (20.0 * (0.7 - from_centre(x, y))).clamp(0.0, 1.0));
         let olats = |level: f32| -> Vec<Image> {
             let olat = |lamp: usize| {
                 Image::from_fn(SIZE, SIZE, |x, y| {
@@ -93,8 +91,7 @@ impl Shoot {
             let at = (i as f32 - start) * SIZE as f32 / square.side;
             (at.max(0.0) as usize).min(SIZE - 1)
         };
-        let matte =
-            Mask::from_fn(width, height, |x, y| working.at(at(x, square.x), at(y, square.y)));
+        let matte = Mask::from_fn(width, height, |x, y| working.at(at(x, square.x), at(y, square.y)));
         let fine = |x, y| [0.3 + 0.05 * ((x + 2 * y) % 4) as f32; 3];
         let light = Image::from_fn(width, height, fine);
         Plate::new(light, matte, square, working).unwrap()
@@ -102,11 +99,7 @@ impl Shoot {
 
     fn ingredients<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
-            extra: Extra {
-                before: self.before.as_ref(),
-                grain: Some(&self.grain),
-                ..Extra::default()
-            },
+            extra: Extra { before: self.before.as_ref(), grain: Some(&self.grain), ..Extra::default() },
             ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
         }
     }
@@ -148,9 +141,7 @@ fn ran(picture: &Picture) -> Vec<&str> {
 
 #[test]
 fn a_picture_with_every_effect_looks_as_the_cpu_s() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let shoot = Shoot::new(&compute);
     let make = |output| {
         let scene = Scene { output, ..scene() };
@@ -178,9 +169,7 @@ fn a_picture_with_every_effect_looks_as_the_cpu_s() {
 
 #[test]
 fn of_a_picture_with_its_background_nothing_else_is_read_back() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let shoot = Shoot::new(&compute);
     let timed = compute.gpu.as_ref().unwrap().device.features();
     let clock = if timed.contains(wgpu::Features::TIMESTAMP_QUERY) { 8192 } else { 0 };
@@ -227,8 +216,7 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
         let (gpu, olats, mask) = (gpu.clone(), olats.clone(), mask.clone());
         let frame = move |index| {
             let field = FieldBuffer::upload(&olats, &gpu.device);
-            let frame =
-                Frame { index, plate: Image::filled(SIZE, SIZE, [0.2; 3]), mask: mask.clone() };
+            let frame = Frame { index, plate: Image::filled(SIZE, SIZE, [0.2; 3]), mask: mask.clone() };
             Ok((frame, Field::Gpu(field, gpu.passes.clone())).into())
         };
         Ok(Source {
@@ -245,9 +233,7 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
 
 #[test]
 fn in_a_drag_of_the_yaw_nothing_is_read_back() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let shoot = Shoot::new(&compute);
     let worker = worker(&shoot, &compute);
     let environment = Arc::new(shoot.environment.clone());
@@ -278,8 +264,7 @@ fn in_a_drag_of_the_yaw_nothing_is_read_back() {
     };
     show(0.0, false);
     let yaws = (1..=20).map(|step| 9.0 * step as f32);
-    let (dragged, mapped) =
-        mapped_during(|| -> Vec<_> { yaws.clone().map(|yaw_deg| show(yaw_deg, true)).collect() });
+    let (dragged, mapped) = mapped_during(|| -> Vec<_> { yaws.clone().map(|yaw_deg| show(yaw_deg, true)).collect() });
     assert_eq!(mapped, [0; 0]);
     for relit in &dragged {
         assert!(relit.texture.is_some() && relit.linear.is_none());

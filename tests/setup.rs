@@ -38,10 +38,7 @@ impl System {
             let real = real.into_iter().find(|path| path.exists()).unwrap();
             symlink(real, system.at("bin").join(name)).unwrap();
         }
-        let table: String = LIBRARIES
-            .iter()
-            .map(|name| format!("\t{name} (libc6,x86-64) => /lib/{name}\n"))
-            .collect();
+        let table: String = LIBRARIES.iter().map(|name| format!("\t{name} (libc6,x86-64) => /lib/{name}\n")).collect();
         fs::write(system.at("libraries"), table).unwrap();
         fs::write(system.at("drivers/card.json"), "{}").unwrap();
         system.program("uname", "echo Linux");
@@ -135,19 +132,11 @@ fn without_root_the_one_line_to_run_is_printed() {
 
 #[test]
 fn each_missing_library_is_named() {
-    let packages = [
-        "libvulkan1",
-        "libxkbcommon0",
-        "libxkbcommon-x11-0",
-        "libx11-xcb1",
-        "libxcursor1",
-        "libxi6",
-    ];
+    let packages = ["libvulkan1", "libxkbcommon0", "libxkbcommon-x11-0", "libx11-xcb1", "libxcursor1", "libxi6"];
     for (library, package) in LIBRARIES.iter().zip(packages) {
         let system = System::whole();
         let table = fs::read_to_string(system.at("libraries")).unwrap();
-        let rest: Vec<&str> =
-            (table.lines()).filter(|line| !line.contains(&format!("\t{library} "))).collect();
+        let rest: Vec<&str> = (table.lines()).filter(|line| !line.contains(&format!("\t{library} "))).collect();
         fs::write(system.at("libraries"), rest.join("\n")).unwrap();
         let run = system.run();
         assert_eq!(run.code, Some(1));
@@ -169,10 +158,7 @@ fn root_installs_what_is_missing_and_says_what_and_why() {
     let wait = "-o DPkg::Lock::Timeout=10";
     assert_eq!(
         run.apt,
-        [
-            format!("{wait} update"),
-            format!("{wait} install -y --no-install-recommends mesa-vulkan-drivers ffmpeg")
-        ]
+        [format!("{wait} update"), format!("{wait} install -y --no-install-recommends mesa-vulkan-drivers ffmpeg")]
     );
     assert!(run.said.contains("ffmpeg: reads and writes movies"), "{}", run.said);
     assert!(run.said.contains("Installing them: mesa-vulkan-drivers ffmpeg"), "{}", run.said);
@@ -228,9 +214,7 @@ fn a_lock_that_is_never_released_ends_with_who_holds_it() {
     let system = System::whole();
     system.without("bin/ffmpeg");
     system.program("id", "echo 0");
-    system.apt_get(
-        "echo 'E: Could not get lock /x. It is held by process 7 (apt-get)' >&2\nexit 100",
-    );
+    system.apt_get("echo 'E: Could not get lock /x. It is held by process 7 (apt-get)' >&2\nexit 100");
     let run = system.run();
     assert_eq!(run.code, Some(1));
     assert!(run.said.contains("held by process 7"), "{}", run.said);

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 fn every_shader_is_valid() {
     for shader in shaders() {
         let (name, source) = (shader.name, shader.source());
-        let module = naga::front::wgsl::parse_str(&source)
-            .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
+        let module =
+            naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
         // Halves are unpacked to f32, which every WebGPU device supports.
         let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
         Validator::new(ValidationFlags::all(), capabilities)
@@ -22,10 +22,8 @@ fn every_shader_is_valid() {
 #[test]
 fn every_shader_s_file_is_used_and_named_after_its_pass() {
     let folder = test_support::repository("shaders");
-    let mut files: BTreeSet<String> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut files: BTreeSet<String> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     assert!(files.remove("prelude.wgsl"), "{files:?}");
     for shader in shaders() {
         let name = shader.name;

@@ -70,9 +70,8 @@ fn a_checkpoint_s_table_of_any_content_is_loaded_or_refused() {
     save_checkpoint(folder.path());
     let path = folder.path().join("checkpoint.toml");
     let table = std::fs::read(&path).unwrap();
-    let measured = fuzz::run!(Target::of_text("table", path, vec![table]), |path: &Path| {
-        load_checkpoint(folder.path(), path)
-    });
+    let measured =
+        fuzz::run!(Target::of_text("table", path, vec![table]), |path: &Path| { load_checkpoint(folder.path(), path) });
     shown!(Strangers, "A `checkpoint.toml` with arbitrary content",
         bound: "4 GiB at once", measured: measured);
 }
@@ -106,8 +105,7 @@ fn safetensors() -> Vec<u8> {
 
 /// Pickle of such a file in PyTorch's format: a dictionary with a tensor of 2 × 3 values.
 fn pickle() -> Vec<u8> {
-    let word =
-        |text: &str| [b"X", &(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let word = |text: &str| [b"X", &(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
     [
         b"\x80\x02}".to_vec(),
         word("features.0.weight"),
@@ -133,24 +131,13 @@ fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
         fields[18..22].copy_from_slice(&(content.len() as u32).to_le_bytes());
         fields[22..24].copy_from_slice(&(name.len() as u16).to_le_bytes());
         bytes.extend([b"PK\x03\x04", &fields[..], name.as_bytes(), content].concat());
-        directory.extend(
-            [b"PK\x01\x02\x14\0", &fields[..], &[0; 10], &start.to_le_bytes(), name.as_bytes()]
-                .concat(),
-        );
+        directory.extend([b"PK\x01\x02\x14\0", &fields[..], &[0; 10], &start.to_le_bytes(), name.as_bytes()].concat());
     }
     let (start, length) = (bytes.len() as u32, directory.len() as u32);
     let count = (files.len() as u16).to_le_bytes();
     bytes.extend(directory);
     bytes.extend(
-        [
-            b"PK\x05\x06\0\0\0\0",
-            &count[..],
-            &count,
-            &length.to_le_bytes(),
-            &start.to_le_bytes(),
-            &[0; 2],
-        ]
-        .concat(),
+        [b"PK\x05\x06\0\0\0\0", &count[..], &count, &length.to_le_bytes(), &start.to_le_bytes(), &[0; 2]].concat(),
     );
     bytes
 }
@@ -159,12 +146,8 @@ fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
 fn packed(file: &mut Vec<u8>) {
     if !file.starts_with(b"PK") {
         let values = [0u8, 0, 0x80, 0x3f].repeat(6);
-        *file = archive(&[
-            ("a/data.pkl", file),
-            ("a/byteorder", b"little"),
-            ("a/data/0", &values),
-            ("a/version", b"3\n"),
-        ]);
+        *file =
+            archive(&[("a/data.pkl", file), ("a/byteorder", b"little"), ("a/data/0", &values), ("a/version", b"3\n")]);
     }
 }
 
@@ -180,17 +163,14 @@ fn read_features(path: &Path) -> Outcome {
 #[test]
 fn feature_weights_of_any_content_are_loaded_or_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let target =
-        Target::of_bytes("safetensors", folder.path().join("vgg.safetensors"), vec![safetensors()]);
+    let target = Target::of_bytes("safetensors", folder.path().join("vgg.safetensors"), vec![safetensors()]);
     let first = fuzz::run!(target, read_features);
     let mut whole = pickle();
     packed(&mut whole);
     std::fs::write(folder.path().join("whole.pth"), &whole).unwrap();
     read_features(&folder.path().join("whole.pth")).unwrap();
-    let target = Target {
-        repair: packed,
-        ..Target::of_bytes("pth", folder.path().join("vgg.pth"), vec![whole, pickle()])
-    };
+    let target =
+        Target { repair: packed, ..Target::of_bytes("pth", folder.path().join("vgg.pth"), vec![whole, pickle()]) };
     let second = fuzz::run!(target, read_features);
     shown!(Strangers, "Feature weights (`.safetensors`, `.pth`) with arbitrary content",
         bound: "4 GiB at once", measured: format!("{first}; {second}"));
@@ -237,8 +217,7 @@ fn a_farm_s_job_of_any_content_is_run_or_refused() {
 fn training_logs_of_any_content_are_drawn_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let steps = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken\n1,0.25,0.5,0.25,1e-3,2.5,true\n2,0.5,,0.125,1e-3,2.5,true\n";
-    std::fs::write(folder.path().join("held_out.csv"), "step,seconds,decibels\n2,0.5,21.5\n")
-        .unwrap();
+    std::fs::write(folder.path().join("held_out.csv"), "step,seconds,decibels\n2,0.5,21.5\n").unwrap();
     let target = Target::of_text("log", folder.path().join("training.csv"), vec![steps.into()]);
     let measured = fuzz::run!(target, |path: &Path| {
         let history = History::read(path.parent().unwrap()).map_err(|e| e.to_string())?;
@@ -263,14 +242,10 @@ fn a_review_of_any_content_is_shown_or_refused() {
         {{"case": {{"pose": 0}}, "name": "pose00", "seen": true, "scale": 1.0, "cells": [{cell}, {cell}]}}]}}"#
     );
     let mut value: serde_json::Value = serde_json::from_str(&measured).unwrap();
-    value["basis"] =
-        serde_json::to_value(afterlight::evaluation::review::Fingerprint::default()).unwrap();
-    let target =
-        Target::of_text("review", project.measured_path(), vec![value.to_string().into_bytes()]);
+    value["basis"] = serde_json::to_value(afterlight::evaluation::review::Fingerprint::default()).unwrap();
+    let target = Target::of_text("review", project.measured_path(), vec![value.to_string().into_bytes()]);
     let first = fuzz::run!(target, |_: &Path| {
-        let Some(review) = Review::load(&project).map_err(|e| e.to_string())? else {
-            return Ok(());
-        };
+        let Some(review) = Review::load(&project).map_err(|e| e.to_string())? else { return Ok(()) };
         for metric in Metric::ALL {
             review.worst(metric);
             review.worst_lamps(metric);
@@ -279,7 +254,8 @@ fn a_review_of_any_content_is_shown_or_refused() {
         Means::from_cases(&review.judged());
         Ok(())
     });
-    let marks = b"format = 1\n\n[[cells]]\ncase = \"frame_005\"\nlamp = \"a\"\nmark = \"bad\"\nnote = \"hair\"\nlater = 3\n";
+    let marks =
+        b"format = 1\n\n[[cells]]\ncase = \"frame_005\"\nlamp = \"a\"\nmark = \"bad\"\nnote = \"hair\"\nlater = 3\n";
     let target = Target::of_text("marks", project.marks_path(), vec![marks.to_vec()]);
     let second = fuzz::run!(target, |_: &Path| {
         let marks = Marks::load(&project).map_err(|e| e.to_string())?;
@@ -301,27 +277,25 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
         "pitch_deg": 45, "radius_deg": 10, "color": [1, 1, 0.5], "intensity": 3.14, "enabled": true}]}}"#;
     let plain = SavedLook::from_look(&State::new(10, 24.0).look).text();
     let seeds = vec![look.into(), plain.into_bytes()];
-    let first =
-        fuzz::run!(Target::of_text("look", SavedLook::path(&project), seeds), |_: &Path| {
-            let read = SavedLook::load(&project, true).map_err(|e| e.to_string())?;
-            let mut state = State::new(10, 24.0);
-            read.unwrap().apply(&mut state.look);
-            assert!(state.look.yaw_deg.is_finite() && state.look.exposure_stops.is_finite());
-            let gains = state.look.lighting.gains();
-            assert!(gains.iter().all(|v| v.is_finite() && *v >= 0.0), "{gains:?}");
-            assert!(state.look.lighting.turn(state.look.yaw_deg).is_finite());
-            let scene = state.scene();
-            assert_eq!(scene.effects, scene.effects.bounded());
-            Ok(())
-        });
+    let first = fuzz::run!(Target::of_text("look", SavedLook::path(&project), seeds), |_: &Path| {
+        let read = SavedLook::load(&project, true).map_err(|e| e.to_string())?;
+        let mut state = State::new(10, 24.0);
+        read.unwrap().apply(&mut state.look);
+        assert!(state.look.yaw_deg.is_finite() && state.look.exposure_stops.is_finite());
+        let gains = state.look.lighting.gains();
+        assert!(gains.iter().all(|v| v.is_finite() && *v >= 0.0), "{gains:?}");
+        assert!(state.look.lighting.turn(state.look.yaw_deg).is_finite());
+        let scene = state.scene();
+        assert_eq!(scene.effects, scene.effects.bounded());
+        Ok(())
+    });
     let place = folder.path().join("window.json");
     let layout = serde_json::to_string(&Layout::default()).unwrap();
     let preferences = format!(r#"{{"recent": ["/a/b"], "layout": {layout}}}"#).into_bytes();
-    let second =
-        fuzz::run!(Target::of_text("preferences", place, vec![preferences]), |path: &Path| {
-            Preferences::from_file(path).layout();
-            Ok(())
-        });
+    let second = fuzz::run!(Target::of_text("preferences", place, vec![preferences]), |path: &Path| {
+        Preferences::from_file(path).layout();
+        Ok(())
+    });
     let stored = StoredLook::from_look(&State::new(10, 24.0).look).text();
     let third = fuzz::run!(
         Target::of_text("stored look", folder.path().join("0001.json"), vec![stored.into_bytes()]),
@@ -352,25 +326,18 @@ fn a_command_of_any_words_is_parsed_or_refused() {
         "demo d --minutes 1 --device cpu",
         "environments p --add sky.exr --front blender",
     ];
-    let target = Target::of_text(
-        "commands",
-        folder.path().join("typed"),
-        commands.map(|c| c.as_bytes().to_vec()).to_vec(),
-    );
+    let target =
+        Target::of_text("commands", folder.path().join("typed"), commands.map(|c| c.as_bytes().to_vec()).to_vec());
     let measured = fuzz::run!(target, |path: &Path| {
         let typed = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
-        if let Err(error) =
-            Cli::try_parse_from(std::iter::once("afterlight").chain(typed.split_whitespace()))
-        {
+        if let Err(error) = Cli::try_parse_from(std::iter::once("afterlight").chain(typed.split_whitespace())) {
             assert!(matches!(error.exit_code(), 0 | 2), "{error}");
         }
         for setting in typed.split_whitespace() {
             let _ = Preset::Quick.config().set(setting);
         }
-        let numbers: Vec<f64> = typed
-            .split(|c: char| c.is_whitespace() || c == ',')
-            .filter_map(|word| word.parse().ok())
-            .collect();
+        let numbers: Vec<f64> =
+            typed.split(|c: char| c.is_whitespace() || c == ',').filter_map(|word| word.parse().ok()).collect();
         for pair in numbers.windows(2) {
             TimeCode::new(pair[0] as usize, pair[1]).to_string();
         }

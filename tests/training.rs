@@ -7,9 +7,7 @@ use afterlight::imaging::Raster;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
-use afterlight::reflectance::{
-    Formulation, Normalization, Precision, Predictor, ReflectanceField, Statistics,
-};
+use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, ReflectanceField, Statistics};
 use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
 use burn::tensor::Device;
 use std::path::Path;
@@ -32,30 +30,14 @@ fn project(folder: &Path, name: &str) -> (Project, Calibration) {
 }
 
 fn small() -> TrainingConfig {
-    TrainingConfig {
-        width: 8,
-        most_channels: 16,
-        minutes: None,
-        decay: false,
-        ..Preset::Quick.config()
-    }
+    TrainingConfig { width: 8, most_channels: 16, minutes: None, decay: false, ..Preset::Quick.config() }
 }
 
 fn settings(config: TrainingConfig) -> TrainSettings {
-    TrainSettings {
-        config,
-        exclude_frames: vec![3],
-        hold_out: None,
-        fresh: false,
-        device: DeviceChoice::Cpu,
-    }
+    TrainSettings { config, exclude_frames: vec![3], hold_out: None, fresh: false, device: DeviceChoice::Cpu }
 }
 
-fn run(
-    project: &Project,
-    calibration: &Calibration,
-    config: TrainingConfig,
-) -> afterlight::training::TrainReport {
+fn run(project: &Project, calibration: &Calibration, config: TrainingConfig) -> afterlight::training::TrainReport {
     train(project, calibration, &settings(config), &Progress::silent()).unwrap()
 }
 
@@ -73,9 +55,7 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
 #[test]
 fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
     let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
-    let Some(weights) = test_support::shared(weights) else {
-        return;
-    };
+    let Some(weights) = test_support::shared(weights) else { return };
     for shift in [0.0, 0.05] {
         a_resumed_run_equals_an_unstopped_one(TrainingConfig {
             features: Some(weights.clone()),
@@ -96,10 +76,7 @@ fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
     let resumed = run(&stopped, &calibration, TrainingConfig { epochs: 6, ..config.clone() });
     let whole = run(&unstopped, &calibration, TrainingConfig { epochs: 6, ..config.clone() });
     assert_eq!(resumed.steps, whole.steps);
-    assert_eq!(
-        predicted(&stopped, &calibration).values,
-        predicted(&unstopped, &calibration).values
-    );
+    assert_eq!(predicted(&stopped, &calibration).values, predicted(&unstopped, &calibration).values);
 }
 
 #[test]
@@ -108,8 +85,7 @@ fn the_number_of_threads_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     let networks = [1, 2, 7].map(|threads| {
         let (project, calibration) = project(folder.path(), &format!("{threads}"));
-        let config =
-            TrainingConfig { epochs: 3, precision: Precision::Mixed, width: 16, ..small() };
+        let config = TrainingConfig { epochs: 3, precision: Precision::Mixed, width: 16, ..small() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             run(&project, &calibration, config);
@@ -139,21 +115,14 @@ fn learns(folder: &Path, name: &str, config: TrainingConfig) {
     assert_eq!(report.skipped_steps, 0);
     assert!(report.dead_lamps.is_empty(), "{:?}", report.dead_lamps);
     let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
-    let losses: Vec<f32> = log
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split(',').nth(2).and_then(|loss| loss.parse().ok()))
-        .collect();
+    let losses: Vec<f32> =
+        log.lines().skip(1).filter_map(|line| line.split(',').nth(2).and_then(|loss| loss.parse().ok())).collect();
     let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
     let (first, last) = (mean(&losses[..12]), mean(&losses[losses.len() - 12..]));
     assert!(last < 0.8 * first, "{name}: the reconstruction loss went from {first} to {last}");
     let field = predicted(&project, &calibration);
     let lit = field.values.iter().filter(|v| **v > 1e-3).count();
-    assert!(
-        lit * 20 > field.values.len(),
-        "{name}: only {lit} of {} values are lit",
-        field.values.len()
-    );
+    assert!(lit * 20 > field.values.len(), "{name}: only {lit} of {} values are lit", field.values.len());
     assert!(field.values.iter().all(|v| v.is_finite()));
 }
 
@@ -169,12 +138,7 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
 
 /// Batch normalisation as in the paper, with one picture per step.
 fn batch(statistics: Statistics) -> TrainingConfig {
-    TrainingConfig {
-        normalization: Normalization::Batch,
-        formulation: Formulation::Direct,
-        statistics,
-        ..small()
-    }
+    TrainingConfig { normalization: Normalization::Batch, formulation: Formulation::Direct, statistics, ..small() }
 }
 
 #[test]
@@ -211,15 +175,11 @@ fn outputs_that_have_died_are_named() {
         fresh: true,
         device: DeviceChoice::Cpu,
     };
-    let (report, said) =
-        Progress::heard(|progress| train(&project, &calibration, &settings, progress).unwrap());
+    let (report, said) = Progress::heard(|progress| train(&project, &calibration, &settings, progress).unwrap());
     let lamps = &project.settings.shoot.lamps;
     assert!(!report.dead_lamps.is_empty(), "{said}");
     assert!(report.dead_lamps.iter().all(|lamp| lamps.contains(lamp)));
-    assert!(
-        said.contains("Dead output") && said.contains("start over with a lower learning rate"),
-        "{said}"
-    );
+    assert!(said.contains("Dead output") && said.contains("start over with a lower learning rate"), "{said}");
 }
 
 /// Killed repeatedly without warning, with a checkpoint after every step, a run always finds a readable one that is no
@@ -275,8 +235,7 @@ fn a_training_says_what_it_adds_to_a_pose_that_was_held_out() {
     };
     let found = &train(&["--hold-out", "1"])["prediction"];
     assert_eq!(found["pose"], 1);
-    let [carried, corrected] =
-        ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
+    let [carried, corrected] = ["carried_db", "corrected_db"].map(|key| found[key].as_f64().unwrap());
     // The network takes part, but after a few steps its share is close to zero.
     assert!(carried > 15.0 && corrected != carried && (corrected - carried).abs() < 0.5, "{found}");
     assert!(train(&[])["prediction"].is_null());
@@ -461,11 +420,8 @@ fn a_pose_held_out_judges_and_does_not_teach() {
     let best = later.held_out.unwrap();
     assert!(best.decibels >= first.decibels && best.step <= later.steps);
     let judged = std::fs::read_to_string(project.root.join("held_out.csv")).unwrap();
-    let judged: Vec<f32> = judged
-        .lines()
-        .skip(1)
-        .map(|line| line.rsplit(',').next().unwrap().parse().unwrap())
-        .collect();
+    let judged: Vec<f32> =
+        judged.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect();
     let highest = judged.iter().copied().fold(f32::MIN, f32::max);
     assert_eq!(best.decibels, highest);
     let field = predicted(&project, &calibration);
@@ -480,10 +436,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     run(&project, &calibration, TrainingConfig { epochs: 1, ..small() });
     let mut larger = project.clone();
     larger.settings.size = 32;
-    let refused = Predictor::open(&larger, &Device::flex())
-        .err()
-        .expect("another size is refused")
-        .for_terminal();
+    let refused = Predictor::open(&larger, &Device::flex()).err().expect("another size is refused").for_terminal();
     assert!(refused.contains("32 pixels") && refused.contains("--fresh"), "{refused}");
     let settings = TrainSettings {
         config: TrainingConfig { width: 16, ..small() },
@@ -492,8 +445,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
         fresh: false,
         device: DeviceChoice::Cpu,
     };
-    let refused =
-        train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().for_terminal();
+    let refused = train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().for_terminal();
     assert!(refused.contains("--fresh"), "{refused}");
 }
 

@@ -10,9 +10,7 @@ use afterlight::imaging::{Image, Mask};
 use afterlight::light::Rig;
 use afterlight::progress::Progress;
 use afterlight::reflectance::{Device, ReflectanceField};
-use afterlight::transfer::{
-    Carried, ExemplarDetail, FineField, OlatPredictor, PlatePose, Transfer,
-};
+use afterlight::transfer::{Carried, ExemplarDetail, FineField, OlatPredictor, PlatePose, Transfer};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use std::path::Path;
 use std::sync::{Arc, LazyLock, OnceLock};
@@ -36,10 +34,8 @@ static STAGE: LazyLock<Stage> = LazyLock::new(|| {
     let (project, calibration) = SHOOT.calibrate(folder.path(), "project");
     let response = &calibration.response;
     let light = calibration.interview_light();
-    let pose = |exemplar: Exemplar| PlatePose {
-        plate: exemplar.relit_by_all(&project, response, &light).unwrap(),
-        exemplar,
-    };
+    let pose =
+        |exemplar: Exemplar| PlatePose { plate: exemplar.relit_by_all(&project, response, &light).unwrap(), exemplar };
     let poses = Exemplar::load_all(&project, response).unwrap();
     let frame = |index| Frame::load(&project, response, index).unwrap();
     let truth = Truth::open(&project, &folder.path().join("shoot")).unwrap();
@@ -62,10 +58,8 @@ fn transfer() -> Transfer {
 /// PSNR in decibels of encoded luminance inside the matte, with the truth's brightest twentieth at one half.
 fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
     let inside: Vec<usize> = (0..mask.pixels.len()).filter(|&p| mask.pixels[p] > 0.5).collect();
-    let truths: Vec<Vec<f32>> = truth
-        .iter()
-        .map(|olat| inside.iter().map(|&p| luminance(olat.pixels[p])).collect())
-        .collect();
+    let truths: Vec<Vec<f32>> =
+        truth.iter().map(|olat| inside.iter().map(|&p| luminance(olat.pixels[p])).collect()).collect();
     let mut all: Vec<f32> = truths.concat();
     all.sort_unstable_by(f32::total_cmp);
     let gain = 0.5 / all[all.len() * 95 / 100];
@@ -88,9 +82,7 @@ fn decibels(field: &ReflectanceField, truth: &[Image], mask: &Mask) -> f64 {
 }
 
 fn sum(field: &ReflectanceField, weights: &[[f32; 3]], p: usize) -> [f32; 3] {
-    std::array::from_fn(|c| {
-        weights.iter().enumerate().map(|(lamp, w)| w[c] * field.plane(lamp, c)[p]).sum()
-    })
+    std::array::from_fn(|c| weights.iter().enumerate().map(|(lamp, w)| w[c] * field.plane(lamp, c)[p]).sum())
 }
 
 #[test]
@@ -152,10 +144,7 @@ fn the_frame_is_the_sum_of_its_olats_under_the_interview_s_light() {
             let expected = if frame.mask.pixels[p] > 0.0 { plate[c] } else { 0.0 };
             // Where there is hardly any light, the quotient is skipped.
             let dark = if expected < 0.01 * brightest { 0.01 * brightest } else { 0.0 };
-            assert!(
-                (found[c] - expected).abs() <= 1e-4 * brightest + dark,
-                "{p}: {found:?}, plate {plate:?}"
-            );
+            assert!((found[c] - expected).abs() <= 1e-4 * brightest + dark, "{p}: {found:?}, plate {plate:?}");
         }
     }
 }
@@ -166,11 +155,7 @@ fn a_pose_among_the_exemplars_is_carried_over_as_it_is() {
     let PlatePose { exemplar, plate } = &stage.poses[2];
     let frame = Frame { index: 0, plate: plate.clone(), mask: exemplar.mask.clone() };
     let found = decibels(&transfer().carry(&frame).field, &exemplar.olats, &exemplar.mask);
-    let others = decibels(
-        &transfer().without(exemplar.pose).carry(&frame).field,
-        &exemplar.olats,
-        &exemplar.mask,
-    );
+    let others = decibels(&transfer().without(exemplar.pose).carry(&frame).field, &exemplar.olats, &exemplar.mask);
     assert!(found > 32.0 && found > others + 3.0, "{found} dB, without the pose {others} dB");
 }
 
@@ -255,8 +240,7 @@ fn one_pose_carried_to_a_far_one_beats_its_ratio_image_and_says_how_far() {
 fn another_person_is_unlike_every_exemplar() {
     let stage = &*STAGE;
     let folder = tempfile::tempdir().unwrap();
-    let mut other =
-        StageSettings { frames: 2, lamps: 20, size: 64, seed: 11, ..StageSettings::default() };
+    let mut other = StageSettings { frames: 2, lamps: 20, size: 64, seed: 11, ..StageSettings::default() };
     other.trouble.skin = Some(0.9);
     other.trouble.glasses = Some(true);
     write_shoot(&folder.path().join("shoot"), &other, &Progress::silent()).unwrap();
@@ -284,9 +268,8 @@ fn poses_with_different_lamps_are_pooled() {
         pose
     };
     let others = |pose| (0..STAGE.poses.len()).filter(move |&other| other != pose);
-    let [same, pooled] = [0, 1].map(|step| {
-        from_others(|pose| others(pose).map(|other| lacking(other, step * other % 2)).collect())
-    });
+    let [same, pooled] =
+        [0, 1].map(|step| from_others(|pose| others(pose).map(|other| lacking(other, step * other % 2)).collect()));
     let whole = from_others(|pose| others(pose).map(|other| STAGE.poses[other].clone()).collect());
     println!("{whole:.2} dB, {pooled:.2} dB from both halves of the lamps, {same:.2} dB from one");
     assert!(whole > pooled && pooled > same + 0.5, "{whole} dB, {pooled} dB, {same} dB");
@@ -326,8 +309,7 @@ fn change(fields: [&ReflectanceField; 2], plates: [&Image; 2], mask: &Mask) -> f
     let (mut sum, mut squares) = (0.0, 0.0);
     for lamp in 0..fields[0].lamps {
         for p in (0..mask.pixels.len()).filter(|&p| mask.pixels[p] > 0.9) {
-            let [a, b] = [0, 1]
-                .map(|i| f64::from(fields[i].plane(lamp, 1)[p] / plates[i].pixels[p][1].max(1e-3)));
+            let [a, b] = [0, 1].map(|i| f64::from(fields[i].plane(lamp, 1)[p] / plates[i].pixels[p][1].max(1e-3)));
             sum += a * a;
             squares += (a - b).powi(2);
         }
@@ -341,8 +323,7 @@ fn frames_beside_a_frame_steady_its_light() {
     let transfer = transfer();
     let frames = [1, 2, 3, 4].map(|seed| Arc::new(transfer.alone(&grainy(frame, seed))));
     let plates = [2, 3].map(|seed| grainy(frame, seed).plate);
-    let changed =
-        |fields: [ReflectanceField; 2]| change(fields.each_ref(), plates.each_ref(), &frame.mask);
+    let changed = |fields: [ReflectanceField; 2]| change(fields.each_ref(), plates.each_ref(), &frame.mask);
     let alone = changed([2, 3].map(|seed| transfer.carry(&grainy(frame, seed)).field));
     let among = |t: usize| {
         let beside = [frames[t - 1].clone(), frames[t + 1].clone()];
@@ -358,8 +339,7 @@ fn frames_beside_a_frame_steady_its_light() {
     let black = Frame { plate: Image::filled(64, 64, [0.0; 3]), ..frame.clone() };
     let jump = &STAGE.poses[5];
     let jump = Frame { index: 0, plate: jump.plate.clone(), mask: jump.exemplar.mask.clone() };
-    let small =
-        Frame { index: 0, plate: Image::filled(32, 32, [0.2; 3]), mask: Mask::filled(32, 32, 1.0) };
+    let small = Frame { index: 0, plate: Image::filled(32, 32, [0.2; 3]), mask: Mask::filled(32, 32, 1.0) };
     let lone = transfer.carry(frame).field;
     let own = transfer.alone(frame);
     for other in [black, jump, small] {
@@ -380,8 +360,7 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     };
     let frame = |index| Frame::load(&project, &calibration.response, index).unwrap();
     let sequence = open();
-    let fields: Vec<_> =
-        (0..SHOOT.frames).map(|index| sequence.predict(&frame(index)).unwrap()).collect();
+    let fields: Vec<_> = (0..SHOOT.frames).map(|index| sequence.predict(&frame(index)).unwrap()).collect();
     for index in [2, 0, 3] {
         assert!(open().predict(&frame(index)).unwrap() == fields[index]);
     }
@@ -445,12 +424,8 @@ fn hard_frames_and_exemplars_give_finite_olats() {
 
 #[test]
 fn the_sketch_is_reached() {
-    let Some(sketch) = test_support::shared("transfer/transfer.py") else {
-        return;
-    };
-    let Some(python) = test_support::python(&["numpy", "scipy", "cv2"]) else {
-        return;
-    };
+    let Some(sketch) = test_support::shared("transfer/transfer.py") else { return };
+    let Some(python) = test_support::python(&["numpy", "scipy", "cv2"]) else { return };
     let stage = &*STAGE;
     let grey = |image: &Image| image.map(|p| [luminance(p); 3]);
     let mut frame = stage.frames[stage.known].clone();
@@ -463,10 +438,7 @@ fn the_sketch_is_reached() {
     let poses: Vec<PlatePose> = (stage.poses.iter())
         .map(|pose| PlatePose {
             plate: grey(&pose.plate),
-            exemplar: Exemplar {
-                olats: pose.exemplar.olats.iter().map(grey).collect(),
-                ..pose.exemplar.clone()
-            },
+            exemplar: Exemplar { olats: pose.exemplar.olats.iter().map(grey).collect(), ..pose.exemplar.clone() },
         })
         .collect();
     let folder = tempfile::tempdir().unwrap();
@@ -480,10 +452,7 @@ fn the_sketch_is_reached() {
     for (n, pose) in poses.iter().enumerate() {
         write(&format!("lit_{n}"), &plane(&pose.plate));
         write(&format!("mask_{n}"), &pose.exemplar.mask.pixels);
-        write(
-            &format!("olats_{n}"),
-            &pose.exemplar.olats.iter().flat_map(plane).collect::<Vec<_>>(),
-        );
+        write(&format!("olats_{n}"), &pose.exemplar.olats.iter().flat_map(plane).collect::<Vec<_>>());
     }
     let about = serde_json::json!({
         "width": frame.plate.width, "height": frame.plate.height, "poses": poses.len(),
@@ -492,27 +461,16 @@ fn the_sketch_is_reached() {
     });
     std::fs::write(folder.path().join("about.json"), about.to_string()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/transfer.py");
-    let ran = std::process::Command::new(python)
-        .arg(script)
-        .arg(sketch)
-        .arg(folder.path())
-        .output()
-        .unwrap();
+    let ran = std::process::Command::new(python).arg(script).arg(sketch).arg(folder.path()).output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     let bytes = std::fs::read(folder.path().join("olats")).unwrap();
-    let values: Vec<f32> =
-        bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    let values: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
     let pixels = frame.mask.pixels.len();
     let sketched: Vec<Image> = (values.chunks_exact(pixels))
-        .map(|plane| Image {
-            width: 64,
-            height: 64,
-            pixels: plane.iter().map(|&v| [v; 3]).collect(),
-        })
+        .map(|plane| Image { width: 64, height: 64, pixels: plane.iter().map(|&v| [v; 3]).collect() })
         .collect();
     let truth: Vec<Image> = stage.truth.iter().map(grey).collect();
-    let found =
-        decibels(&Transfer::new(&poses, &rig, weights).carry(&frame).field, &truth, &frame.mask);
+    let found = decibels(&Transfer::new(&poses, &rig, weights).carry(&frame).field, &truth, &frame.mask);
     let expected = decibels(&ReflectanceField::from_olats(&sketched), &truth, &frame.mask);
     assert!(found > expected - 0.05, "{found:.2} dB, the sketch {expected:.2} dB");
     println!("{found:.2} dB, the sketch {expected:.2} dB");
@@ -553,19 +511,14 @@ fn light_finer_than_the_working_size_is_carried_over() {
         ReflectanceField::from_olats(&olats)
     };
     let truths = truth.olats_at(known, PictureSize::Plate).unwrap();
-    let [with, without] =
-        [&fine, &plain].map(|plate| decibels(&shown(plate), &truths, &plate.matte));
+    let [with, without] = [&fine, &plain].map(|plate| decibels(&shown(plate), &truths, &plate.matte));
     assert!(with > without + 0.5, "{with:.2} dB with fine light, {without:.2} dB without");
 
     // Linear in the light, and close to zero under the interview's own.
-    let ratio =
-        |weights: &[[f32; 3]]| fine_field.clone().fine_light(&plain).ratio(weights).unwrap();
+    let ratio = |weights: &[[f32; 3]]| fine_field.clone().fine_light(&plain).ratio(weights).unwrap();
     let size = |image: &Image| image.pixels.iter().flatten().map(|v| v.abs()).sum::<f32>();
-    let both: Vec<[f32; 3]> = alone(2, 0.7)
-        .iter()
-        .zip(alone(5, -1.3))
-        .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
-        .collect();
+    let both: Vec<[f32; 3]> =
+        alone(2, 0.7).iter().zip(alone(5, -1.3)).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
     let apart = ratio(&alone(2, 0.7)).pixels.into_iter().zip(ratio(&alone(5, -1.3)).pixels);
     for ((one, other), both) in apart.zip(ratio(&both).pixels) {
         for c in 0..3 {
@@ -575,11 +528,8 @@ fn light_finer_than_the_working_size_is_carried_over() {
     let light = calibration.learnt_light();
     let single: f32 = (0..12)
         .map(|lamp| {
-            let weights: Vec<_> = alone(lamp, 1.0)
-                .iter()
-                .zip(&light)
-                .map(|(on, light)| light.map(|v| v * on[0]))
-                .collect();
+            let weights: Vec<_> =
+                alone(lamp, 1.0).iter().zip(&light).map(|(on, light)| light.map(|v| v * on[0])).collect();
             size(&ratio(&weights))
         })
         .sum();

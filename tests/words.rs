@@ -106,9 +106,9 @@ fn constructors_and_locals_have_names() {
             let local = ["let of ", "let mut of "].iter().any(|local| line.contains(local));
             // A method's receiver may stand on the next line.
             let parameters = lines[number..].iter().take(2).copied().collect::<String>();
-            let parameters = parameters.split_once("fn of").and_then(|(_, rest)| {
-                rest.starts_with(['(', '<']).then(|| rest.split_once('(')).flatten()
-            });
+            let parameters = parameters
+                .split_once("fn of")
+                .and_then(|(_, rest)| rest.starts_with(['(', '<']).then(|| rest.split_once('(')).flatten());
             let constructor = parameters.is_some_and(|(_, parameters)| {
                 !parameters.split([',', ')']).next().is_some_and(|first| first.contains("self"))
             });

@@ -16,9 +16,7 @@ pub fn measure(options: &Options) -> Result<()> {
     println!(
         "Milliseconds in f32, the fastest of many runs: an operation and its gradients at the size of the picture.\n"
     );
-    println!(
-        "| network | size | threads | operation | ours | burn | ratio |\n|---|---|---|---|---|---|---|"
-    );
+    println!("| network | size | threads | operation | ours | burn | ratio |\n|---|---|---|---|---|---|---|");
     for &shape in &options.shape {
         for &size in &options.size {
             for &threads in &options.threads {
@@ -36,9 +34,7 @@ fn network(shape: Shape, size: usize, threads: usize) {
     let plain = Device::flex();
     let device = plain.clone().autodiff();
     let uniform = Distribution::Uniform(0.0, 1.0);
-    let picture = |size: usize| {
-        Tensor::<4>::random([1, config.width, size, size], uniform, &device).require_grad()
-    };
+    let picture = |size: usize| Tensor::<4>::random([1, config.width, size, size], uniform, &device).require_grad();
     let (whole, half) = (picture(size), picture(size / 2));
     let padding = PaddingConfig2d::Explicit(1, 1, 1, 1);
     let layer = Conv2dConfig::new([config.width; 2], [3; 2]).with_padding(padding).init(&device);

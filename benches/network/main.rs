@@ -11,9 +11,7 @@ use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::reflectance::kernels::chunks::keep_to_avx2;
 use afterlight::reflectance::kernels::{LossInputs, LossSettings, losses, on_pool};
 use afterlight::reflectance::predictor::predicts_in_half;
-use afterlight::reflectance::{
-    Device, Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
-};
+use afterlight::reflectance::{Device, Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use afterlight::training::Adam;
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
@@ -202,13 +200,7 @@ impl Learner {
             olats: Some(&self.target.clone().inner().reshape([lamps, 3, h, w])),
             plate: &self.input.clone().inner(),
             weights: &Tensor::full([lamps, 3, 1, 1], 1.0 / lamps as f32, &device),
-            settings: LossSettings {
-                gain: 1.0,
-                shift: [0; 2],
-                reconstruction: 1.0,
-                rendering: 1.0,
-                logits: true,
-            },
+            settings: LossSettings { gain: 1.0, shift: [0; 2], reconstruction: 1.0, rendering: 1.0, logits: true },
         };
         losses(output, &inputs).0
     }
@@ -221,12 +213,7 @@ impl Learner {
         let backward = start.elapsed().as_secs_f64();
         self.network = self.optimizer.step(LEARNING_RATE, self.network.clone(), gradients);
         let loss = loss.into_scalar();
-        Step {
-            forward,
-            backward: backward - forward,
-            optimizer: start.elapsed().as_secs_f64() - backward,
-            loss,
-        }
+        Step { forward, backward: backward - forward, optimizer: start.elapsed().as_secs_f64() - backward, loss }
     }
 }
 
@@ -256,8 +243,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, options: &Options) -> Res
                 }),
             },
             "step" => {
-                let steps: Vec<Step> =
-                    (0..count).map(|_| on_pool(plain, || learner.step())).collect();
+                let steps: Vec<Step> = (0..count).map(|_| on_pool(plain, || learner.step())).collect();
                 let column = |f: fn(&Step) -> f64| steps.iter().map(f).collect::<Vec<_>>();
                 json!({
                     "seconds": column(|s| s.forward + s.backward + s.optimizer),
@@ -268,8 +254,7 @@ fn serve(config: &UNetConfig, compute: &ComputeDevice, options: &Options) -> Res
                 })
             }
             "predict" => {
-                let (mut network, mut input) =
-                    (learner.network.valid(), learner.input.clone().inner());
+                let (mut network, mut input) = (learner.network.valid(), learner.input.clone().inner());
                 if config.precision == Precision::Mixed && predicts_in_half(plain) {
                     network = network.halved();
                     input = input.cast(FloatDType::F16);
@@ -331,13 +316,7 @@ impl Peer {
         )
     }
 
-    fn theirs(
-        python: &str,
-        shape: Shape,
-        size: usize,
-        threads: usize,
-        options: &Options,
-    ) -> Result<Self> {
+    fn theirs(python: &str, shape: Shape, size: usize, threads: usize, options: &Options) -> Result<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/unet.py");
         let config = shape.config(size, Precision::Full);
         let device = match options.device {
@@ -350,11 +329,8 @@ impl Peer {
             Normalization::None => "none",
         };
         // Settings for its convolutions, its other operations and its matrix products.
-        let cap = [
-            ("ONEDNN_MAX_CPU_ISA", "AVX2"),
-            ("ATEN_CPU_CAPABILITY", "avx2"),
-            ("MKL_ENABLE_INSTRUCTIONS", "AVX2"),
-        ];
+        let cap =
+            [("ONEDNN_MAX_CPU_ISA", "AVX2"), ("ATEN_CPU_CAPABILITY", "avx2"), ("MKL_ENABLE_INSTRUCTIONS", "AVX2")];
         Self::start(
             Command::new(python)
                 .arg(script)
@@ -453,14 +429,10 @@ fn race(options: &Options) -> Result<()> {
         println!("PyTorch is left out: it sees no CUDA device.\n");
         python = None;
     }
-    println!(
-        "Milliseconds: median (minimum). Memory in MiB: peak, and the amount held at the start.\n"
-    );
+    println!("Milliseconds: median (minimum). Memory in MiB: peak, and the amount held at the start.\n");
     // A GPU's speed does not depend on the host threads.
     let threads = if gpu { &options.threads[..1] } else { &options.threads[..] };
-    println!(
-        "| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |"
-    );
+    println!("| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |");
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let mut parts = Vec::new();
     for &shape in &options.shape {

@@ -11,7 +11,7 @@ pub mod cli;
 pub use base::{Error, Result, error, memory, progress, turn};
 pub use worker::demo;
 pub use {
-    benchmark, calibration, check, color_config, compositor, confidence, evaluation, export, farm,
-    footage, gpu, handover, imaging, light, matte, movies, person, project, reflectance, rivals,
-    scene, studio, tradeoff, training, transfer, virtual_stage, worker,
+    benchmark, calibration, check, color_config, compositor, confidence, evaluation, export, farm, footage, gpu,
+    handover, imaging, light, matte, movies, person, project, reflectance, rivals, scene, studio, tradeoff, training,
+    transfer, virtual_stage, worker,
 };

@@ -49,9 +49,7 @@ mod tests {
 
     #[test]
     fn only_an_absolute_path_names_a_folder() {
-        for (folder, valid) in
-            [(None, false), (Some(""), false), (Some("run"), false), (Some("/run/user/7"), true)]
-        {
+        for (folder, valid) in [(None, false), (Some(""), false), (Some("run"), false), (Some("/run/user/7"), true)] {
             assert_eq!(is_valid(folder.map(OsStr::new)), valid, "{folder:?}");
         }
     }

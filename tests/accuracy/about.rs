@@ -32,13 +32,7 @@ pub fn section(page: &Page) -> String {
     // Writing to a String cannot fail.
     let _ = writeln!(text, " {} Written by build {}.\n", builds(all), about.build);
     for shoot in &page.shoots {
-        let _ = writeln!(
-            text,
-            "- **{}**: {} {}",
-            shoot.name,
-            left(&shoot.ladder, about.seeds),
-            trained(&shoot.ladder)
-        );
+        let _ = writeln!(text, "- **{}**: {} {}", shoot.name, left(&shoot.ladder, about.seeds), trained(&shoot.ladder));
     }
     if !about.left_out.is_empty() {
         let _ = writeln!(text, "- Not measured yet and left out: {}.", about.left_out.join("; "));
@@ -84,8 +78,7 @@ fn left(ladder: &Ledger, seeds: u64) -> String {
         let _ = write!(text, " Every measured rung has {seeds} seed{plural}.");
         return text;
     }
-    let whole: Vec<&str> =
-        (steps.iter()).filter(|step| count(step) >= seeds).map(|step| step.name).collect();
+    let whole: Vec<&str> = (steps.iter()).filter(|step| count(step) >= seeds).map(|step| step.name).collect();
     let _ = match whole.len() {
         0 => write!(text, " No rung has {seeds} seeds yet:"),
         _ => write!(text, " {seeds} seeds: {}; others:", whole.join(", ")),

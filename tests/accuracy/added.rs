@@ -18,9 +18,7 @@ Last columns: parts within the usual bound, in quarters by predicted error.
 
 /// Benefit of the poses that `confidence` suggests, against random ones.
 pub fn section(added: &[Added]) -> String {
-    let Some(first) = added.first() else {
-        return String::new();
-    };
+    let Some(first) = added.first() else { return String::new() };
     let builds = builds(added.iter().flat_map(|one| &one.builds).map(String::as_str));
     let mut text = format!(
         "\n## Suggested poses\n\n{POSES}\nOne seed; {} minutes of training with three poses, as many steps with more. {builds}\n\n\
@@ -32,9 +30,7 @@ pub fn section(added: &[Added]) -> String {
         let frames: Vec<String> = reached.like.iter().map(usize::to_string).collect();
         format!("{} ({})", db(reached), frames.join(", "))
     };
-    let mean = |all: &[Reached], of: fn(&Reached) -> f64| {
-        all.iter().map(of).sum::<f64>() / all.len().max(1) as f64
-    };
+    let mean = |all: &[Reached], of: fn(&Reached) -> f64| all.iter().map(of).sum::<f64>() / all.len().max(1) as f64;
     let more = |one: &Added, of: fn(&Reached) -> f64| of(&one.chosen) - mean(&one.drawn, of);
     for one in added {
         let drawn: Vec<String> = one.drawn.iter().map(like).collect();
@@ -49,9 +45,7 @@ pub fn section(added: &[Added]) -> String {
             more(one, |r| r.relit)
         );
     }
-    let over = |of: fn(&Reached) -> f64| {
-        added.iter().map(|one| more(one, of)).sum::<f64>() / added.len() as f64
-    };
+    let over = |of: fn(&Reached) -> f64| added.iter().map(|one| more(one, of)).sum::<f64>() / added.len() as f64;
     let _ = writeln!(
         text,
         "\nMean: named poses are worth {:+.2} dB more than drawn ones in OLATs and {:+.2} dB in relit frames.",
@@ -63,10 +57,8 @@ pub fn section(added: &[Added]) -> String {
 
 /// Test of the errors that `confidence` expected; empty without one.
 pub fn errors(added: &[Added]) -> String {
-    let judged: Vec<(&Added, &Value)> = (added.iter())
-        .map(|one| (one, &one.judged))
-        .filter(|(_, judged)| !judged.is_null())
-        .collect();
+    let judged: Vec<(&Added, &Value)> =
+        (added.iter()).map(|one| (one, &one.judged)).filter(|(_, judged)| !judged.is_null()).collect();
     if judged.is_empty() {
         return String::new();
     }

@@ -9,8 +9,7 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 /// Names and arguments of the benches.
-const BENCHES: [(&str, &[&str]); 2] =
-    [("passes", &["--size", "1024"]), ("relight", &["--size", "1024"])];
+const BENCHES: [(&str, &[&str]); 2] = [("passes", &["--size", "1024"]), ("relight", &["--size", "1024"])];
 
 const PASSES: &str = "## Time of each pass
 
@@ -98,8 +97,7 @@ fn number(value: &Value, digits: usize) -> String {
 }
 
 fn sums(result: &Value) -> String {
-    let mut table =
-        "| size | sum | ms | GB/s | times the limit |\n|---:|---|---:|---:|---:|\n".to_owned();
+    let mut table = "| size | sum | ms | GB/s | times the limit |\n|---:|---|---:|---:|---:|\n".to_owned();
     for row in result["rows"].as_array().into_iter().flatten() {
         let _ = writeln!(
             table,
@@ -119,9 +117,7 @@ fn passes(result: &Value) -> String {
     let sizes = result["sizes"].as_array().map_or(&[][..], Vec::as_slice);
     let columns: Vec<(String, &Value)> = [("CPU", "cpu"), ("GPU", "gpu")]
         .into_iter()
-        .flat_map(|(label, key)| {
-            sizes.iter().map(move |size| (format!("{label} {}, ms", size["size"]), &size[key]))
-        })
+        .flat_map(|(label, key)| sizes.iter().map(move |size| (format!("{label} {}, ms", size["size"]), &size[key])))
         .filter(|(_, column)| column["passes"].as_array().is_some_and(|all| !all.is_empty()))
         .collect();
     let all = |column: &Value| column["passes"].as_array().cloned().unwrap_or_default();
@@ -164,8 +160,7 @@ mod tests {
 
     #[test]
     fn a_section_names_its_machine_and_has_every_row() {
-        let machine =
-            json!({"processor": "A, B", "threads": 2, "system": "linux", "version": "9.9"});
+        let machine = json!({"processor": "A, B", "threads": 2, "system": "linux", "version": "9.9"});
         let kept = |result| Kept { build: "0badcafe".to_owned(), result };
         let times = |ms: f64| json!({"median_ms": ms, "low_ms": ms, "high_ms": ms, "runs": 1});
         let passes = Bench {

@@ -59,8 +59,7 @@ impl Ticks {
     /// Parses the texts of `/proc/stat` and `/proc/self/stat`.
     fn new(machine: &str, process: &str) -> Option<Self> {
         let line = machine.lines().find(|line| line.starts_with("cpu "))?;
-        let counts: Vec<f64> =
-            line.split_whitespace().skip(1).map_while(|count| count.parse().ok()).take(8).collect();
+        let counts: Vec<f64> = line.split_whitespace().skip(1).map_while(|count| count.parse().ok()).take(8).collect();
         let idle = counts.get(3)? + counts.get(4)?;
         let all: f64 = counts.iter().sum();
         // The name, in brackets, may contain spaces. The third field follows it; the 14th to 17th are ticks of the
@@ -88,10 +87,8 @@ mod tests {
             let [a, b, c, d] = own;
             format!("42 (a name) with) S 1 42 42 0 -1 0 0 0 0 0 {a} {b} {c} {d} 20 0 3 0 99")
         };
-        let before =
-            Ticks::new("cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2", &process([1, 2, 3, 4]));
-        let after =
-            Ticks::new("cpu  500 50 150 1100 200 0 0 0 0 0\n", &process([101, 52, 53, 104]));
+        let before = Ticks::new("cpu  100 0 100 700 100 0 0 0 0 0\ncpu0 1 2", &process([1, 2, 3, 4]));
+        let after = Ticks::new("cpu  500 50 150 1100 200 0 0 0 0 0\n", &process([101, 52, 53, 104]));
         // Of 1,000 ticks 500 were busy, of which 300 are ours.
         let others = after.unwrap().others_since(before.unwrap()).unwrap();
         assert!((others - 0.2).abs() < 1e-12, "{others}");

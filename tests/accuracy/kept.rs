@@ -18,10 +18,7 @@ impl Kept {
     pub fn read(path: &Path) -> Option<Self> {
         let text = files::read_text(path, files::MOST_TEXT).ok()?;
         let kept: Value = serde_json::from_str(&text).ok()?;
-        Some(Self {
-            build: kept["build"].as_str()?.to_owned(),
-            result: kept.get("result")?.clone(),
-        })
+        Some(Self { build: kept["build"].as_str()?.to_owned(), result: kept.get("result")?.clone() })
     }
 
     /// The result saved in a file, or otherwise the JSON that `make` prints, which is then saved.
@@ -33,9 +30,8 @@ impl Kept {
             return Ok(kept);
         }
         let printed = make()?;
-        let result = serde_json::from_str(&printed).map_err(|e| {
-            Error::codec("read", path, e.to_string(), "The program did not print JSON; see above")
-        })?;
+        let result = serde_json::from_str(&printed)
+            .map_err(|e| Error::codec("read", path, e.to_string(), "The program did not print JSON; see above"))?;
         let kept = Self { build: build.to_owned(), result };
         let text = json!({"build": kept.build, "result": kept.result}).to_string();
         write_beside(path, |out| out.write_all(text.as_bytes()))?;

@@ -8,8 +8,7 @@ use std::path::PathBuf;
 use tradeoff::{Knob, Ledger};
 
 /// Names as in `evaluate --with`, in page order.
-pub const METHODS: [&str; 8] =
-    ["nearest", "ratio", "harmonics", "texler", "sun", "network", "transfer", "truth-olats"];
+pub const METHODS: [&str; 8] = ["nearest", "ratio", "harmonics", "texler", "sun", "network", "transfer", "truth-olats"];
 /// Methods that are trained during the measurement.
 const LEARNING: [&str; 2] = ["texler", "sun"];
 /// The network without the transfer: scored with a rung's network, beside its prediction.
@@ -40,18 +39,9 @@ impl Scored {
 ///
 /// # Errors
 /// When the program fails.
-pub fn measure(
-    options: &Options,
-    source: &Source,
-    clock: &Clock,
-    (seed, longest): (u64, bool),
-) -> Result<()> {
-    let Some(ladder) = source.ladder()? else {
-        return Ok(());
-    };
-    let Some((base, most)) = minutes(&ladder) else {
-        return Ok(());
-    };
+pub fn measure(options: &Options, source: &Source, clock: &Clock, (seed, longest): (u64, bool)) -> Result<()> {
+    let Some(ladder) = source.ladder()? else { return Ok(()) };
+    let Some((base, most)) = minutes(&ladder) else { return Ok(()) };
     for method in METHODS.into_iter().filter(|method| *method != ALONE) {
         let learns = LEARNING.contains(&method);
         let first = seed == 0 && !longest;
@@ -65,27 +55,13 @@ pub fn measure(
     Ok(())
 }
 
-fn score(
-    options: &Options,
-    source: &Source,
-    method: &str,
-    learnt: Option<(u64, f64)>,
-) -> Result<()> {
+fn score(options: &Options, source: &Source, method: &str, learnt: Option<(u64, f64)>) -> Result<()> {
     let name = name(method, learnt);
     let (project, pictures) = (source.project(), source.work.join(&name));
     let (project, truth, pictures) =
         (project.to_string_lossy(), source.folder.to_string_lossy(), pictures.to_string_lossy());
-    let mut command = vec![
-        "evaluate",
-        &project,
-        "--truth",
-        &truth,
-        "--with",
-        method,
-        "--pictures",
-        &pictures,
-        "--json",
-    ];
+    let mut command =
+        vec!["evaluate", &project, "--truth", &truth, "--with", method, "--pictures", &pictures, "--json"];
     let learnt = learnt.map(|(seed, minutes)| (seed.to_string(), minutes.to_string()));
     if let Some((seed, minutes)) = &learnt {
         command.extend(["--seed", seed, "--minutes", minutes]);
@@ -108,9 +84,7 @@ fn name(method: &str, learnt: Option<(u64, f64)>) -> String {
 
 /// Scores of the measured methods, for every seed and both training times.
 pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
-    let Some((base, most)) = minutes(ladder) else {
-        return Vec::new();
-    };
+    let Some((base, most)) = minutes(ladder) else { return Vec::new() };
     let mut lengths = vec![base, most];
     lengths.dedup();
     let mut found = Vec::new();
@@ -138,23 +112,16 @@ pub fn all(options: &Options, source: &Source, ladder: &Ledger) -> Vec<Scored> {
 ///
 /// # Errors
 /// When the program fails.
-pub fn network(
-    options: &Options,
-    source: &Source,
-    wanted: f64,
-    clock: Option<&Clock>,
-) -> Result<Option<Scored>> {
-    let Some(ladder) = source.ladder()? else {
-        return Ok(None);
-    };
+pub fn network(options: &Options, source: &Source, wanted: f64, clock: Option<&Clock>) -> Result<Option<Scored>> {
+    let Some(ladder) = source.ladder()? else { return Ok(None) };
     let is_length = |knob: Option<Knob>| knob.is_none_or(|knob| knob == Knob::Minutes);
     let seed = first_seed(&ladder);
-    let rung = ladder.rungs.iter().map(|m| (&m.rung, m.seed)).find(|(rung, of)| {
-        *of == seed && is_length(rung.knob) && (rung.minutes - wanted).abs() < 1e-9
-    });
-    let Some((rung, _)) = rung else {
-        return Ok(None);
-    };
+    let rung = ladder
+        .rungs
+        .iter()
+        .map(|m| (&m.rung, m.seed))
+        .find(|(rung, of)| *of == seed && is_length(rung.knob) && (rung.minutes - wanted).abs() < 1e-9);
+    let Some((rung, _)) = rung else { return Ok(None) };
     let learnt = Some((seed, wanted));
     let name = name("prediction", learnt);
     let path = source.work.join(format!("{name}.json"));
@@ -167,9 +134,7 @@ pub fn network(
             options.afterlight(&["tradeoff", &project, "--apply", &rung.name])?;
             score(options, source, ALONE, learnt)?;
             score(options, source, "prediction", learnt)?;
-            let Some(kept) = Kept::read(&path) else {
-                return Ok(None);
-            };
+            let Some(kept) = Kept::read(&path) else { return Ok(None) };
             kept
         }
         _ => return Ok(None),

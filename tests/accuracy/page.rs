@@ -42,8 +42,7 @@ impl Shoot {
             };
             METHODS.into_iter().filter_map(entry).collect()
         };
-        let complete =
-            (self.networks.iter().rev()).find(|network| beside(network).len() == METHODS.len());
+        let complete = (self.networks.iter().rev()).find(|network| beside(network).len() == METHODS.len());
         let network = complete.or(self.networks.first())?;
         Some([vec![network], beside(network)].concat())
     }
@@ -77,15 +76,11 @@ impl Page {
             let steps = steps(&shoot.ladder);
             let file = file_name(&shoot.name);
             let plot = plot::svg(&shoot.name, &steps);
-            write_beside(&folder.join(format!("{file}.svg")), |out| {
-                out.write_all(plot.as_bytes())
-            })?;
+            write_beside(&folder.join(format!("{file}.svg")), |out| out.write_all(plot.as_bytes()))?;
             // The path of the measuring folder would mean nothing to readers.
             let truth = format!("truth of the {}", shoot.name);
             let table = tradeoff::csv(&shoot.ladder.rungs, &shoot.ladder.machine, &truth);
-            write_beside(&folder.join(format!("{file}.csv")), |out| {
-                out.write_all(table.as_bytes())
-            })?;
+            write_beside(&folder.join(format!("{file}.csv")), |out| out.write_all(table.as_bytes()))?;
             text += &section(shoot, &steps, &format!("{stem}/{file}"));
         }
         pictures::write(&folder, &self.shoots)?;
@@ -115,10 +110,7 @@ pub fn builds<'a>(of: impl Iterator<Item = &'a str>) -> String {
                 1 => format!("{} (1 figure)", name(build)),
                 _ => format!("{} ({count} figures)", name(build)),
             });
-            format!(
-                "**Builds differ, so figures may not be comparable: {}.**",
-                all.collect::<Vec<_>>().join(", ")
-            )
+            format!("**Builds differ, so figures may not be comparable: {}.**", all.collect::<Vec<_>>().join(", "))
         }
     }
 }
@@ -128,10 +120,7 @@ fn section(shoot: &Shoot, steps: &[Step], stem: &str) -> String {
     let Shoot { name, size, ladder, .. } = shoot;
     let base = ladder.rungs.first();
     let minutes = base.map_or(0.0, |base| base.rung.minutes);
-    let frames = shoot
-        .methods
-        .first()
-        .map_or(0, |first| first.kept.result["frames"].as_array().map_or(0, Vec::len));
+    let frames = shoot.methods.first().map_or(0, |first| first.kept.result["frames"].as_array().map_or(0, Vec::len));
     let mut text = format!("\n## {name}\n\n");
     // Writing to a String cannot fail.
     let _ = writeln!(
@@ -178,9 +167,8 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         let found = |of: &dyn Fn(&Value) -> Option<f64>| {
             Figure::from_values(same.iter().filter_map(|one| of(&one.kept.result)))
         };
-        let text_of = |figure: Option<Figure>, digits: usize| {
-            figure.map_or("–".to_owned(), |figure| figure.text(digits))
-        };
+        let text_of =
+            |figure: Option<Figure>, digits: usize| figure.map_or("–".to_owned(), |figure| figure.text(digits));
         let decibels = |of: &dyn Fn(&Value) -> Option<f64>| match found(of) {
             Some(figure) if figure.low >= evaluation::metrics::MAX_DECIBELS => "exact".to_owned(),
             figure => text_of(figure, 1),
@@ -192,10 +180,9 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
         }
         let training = match same[0].minutes() {
             None => "none".to_owned(),
-            Some(minutes) => format!(
-                "{minutes:.1} min, {} steps",
-                text_of(found(&|scores| scores["training_steps"].as_f64()), 0)
-            ),
+            Some(minutes) => {
+                format!("{minutes:.1} min, {} steps", text_of(found(&|scores| scores["training_steps"].as_f64()), 0))
+            }
         };
         let _ = writeln!(
             text,
@@ -207,13 +194,10 @@ fn methods(shoot: &Shoot, steps: &[Step]) -> String {
     let minutes = |step: &Step| step.seeds.first().map_or(0.0, |m| m.rung.minutes);
     let as_long = |step: &&Step| {
         let mut methods = shoot.methods.iter();
-        step.knob == Some(Knob::Minutes)
-            && methods.any(|method| method.minutes() == Some(minutes(step)))
+        step.knob == Some(Knob::Minutes) && methods.any(|method| method.minutes() == Some(minutes(step)))
     };
     for step in steps.iter().filter(|step| step.knob.is_none() || as_long(step)) {
-        let figure = |figure: Option<Figure>, digits| {
-            figure.map_or("–".to_owned(), |figure| figure.text(digits))
-        };
+        let figure = |figure: Option<Figure>, digits| figure.map_or("–".to_owned(), |figure| figure.text(digits));
         text += "| **prediction** |";
         for name in &environments {
             let db = step.figure(|m| {

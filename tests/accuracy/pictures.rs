@@ -39,18 +39,16 @@ pub fn write(folder: &Path, shoots: &[Shoot]) -> Result<()> {
     let mut text = HEAD.to_owned();
     let mut count = 0;
     for shoot in shoots {
-        let Some(compared) = shoot.compared() else {
-            continue;
-        };
+        let Some(compared) = shoot.compared() else { continue };
         let name = format!("{}.jpg", measuring::file_name(&shoot.name));
         let olats = format!("{}-olats.jpg", measuring::file_name(&shoot.name));
         let place = shoot.elsewhere.as_deref().unwrap_or(folder);
         sheet::write(&place.join(&name), &compared, sheet::relit_rows)?;
         let has_olats = sheet::write(&place.join(&olats), &compared, sheet::olat_rows)?;
         let shown = match shoot.elsewhere {
-            None if has_olats => format!(
-                "![Truth, prediction and methods]({name})\n\n![True and predicted OLATs]({olats})"
-            ),
+            None if has_olats => {
+                format!("![Truth, prediction and methods]({name})\n\n![True and predicted OLATs]({olats})")
+            }
             None => format!("![Truth, prediction and methods]({name})"),
             Some(_) => format!(
                 "Pictures are not published: `make accuracy` writes them into `{}` of its work folder.",
@@ -116,9 +114,7 @@ fn cells(compared: &[&Scored]) -> Vec<Cell> {
         let all = of.kept.result["relit_regions"][environment].as_array();
         all.cloned().unwrap_or_default()
     };
-    let Some(first) = compared.first() else {
-        return Vec::new();
-    };
+    let Some(first) = compared.first() else { return Vec::new() };
     let environments = first.kept.result["relit_regions"].as_object();
     let mut cells = Vec::new();
     for environment in environments.into_iter().flat_map(|all| all.keys()) {
@@ -152,8 +148,7 @@ fn sentences(compared: &[&Scored], cells: &[Cell]) -> Vec<String> {
     let same = |of: &Scored| of.kept.result["frames"] == compared[0].kept.result["frames"];
     let limit = compared.iter().position(|of| of.method == LIMIT && same(of));
     let behind = limit.and_then(|limit| {
-        let behind =
-            cells.iter().filter_map(|cell| Some((cell.reached[limit]? - cell.reached[0]?, cell)));
+        let behind = cells.iter().filter_map(|cell| Some((cell.reached[limit]? - cell.reached[0]?, cell)));
         behind.max_by(|a, b| a.0.total_cmp(&b.0))
     });
     if let Some((db, cell)) = behind.filter(|(db, _)| *db > TELLING) {
@@ -174,21 +169,11 @@ fn table(compared: &[&Scored], cells: &[Cell]) -> String {
     text += &"---:|".repeat(compared.len());
     text += "\n";
     for cell in cells {
-        let _ = write!(
-            text,
-            "| {} | {} ({:.0} %) |",
-            cell.environment,
-            cell.region,
-            100.0 * cell.share
-        );
+        let _ = write!(text, "| {} | {} ({:.0} %) |", cell.environment, cell.region, 100.0 * cell.share);
         let best = cell.best(compared);
         for (number, db) in cell.reached.iter().enumerate() {
             let db = decibels(*db, MAX_DECIBELS);
-            let _ = if best == Some(number) {
-                write!(text, " **{db}** |")
-            } else {
-                write!(text, " {db} |")
-            };
+            let _ = if best == Some(number) { write!(text, " **{db}** |") } else { write!(text, " {db} |") };
         }
         text += "\n";
     }
@@ -211,18 +196,11 @@ mod tests {
             Scored {
                 method: name,
                 learnt: None,
-                kept: Kept {
-                    build: String::new(),
-                    result: json!({"relit_regions": {"nave": regions}}),
-                },
+                kept: Kept { build: String::new(), result: json!({"relit_regions": {"nave": regions}}) },
                 pictures: std::path::PathBuf::new(),
             }
         };
-        let all = [
-            method("prediction", 31.0, 24.0),
-            method("ratio", 28.0, 25.5),
-            method("truth-olats", 36.0, 31.0),
-        ];
+        let all = [method("prediction", 31.0, 24.0), method("ratio", 28.0, 25.5), method("truth-olats", 36.0, 31.0)];
         let all: Vec<&Scored> = all.iter().collect();
         let cells = cells(&all);
         let sentences = sentences(&all, &cells).join(" ");

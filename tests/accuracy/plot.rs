@@ -7,8 +7,7 @@ use tradeoff::Knob;
 const SIZE: (f64, f64) = (760.0, 470.0);
 
 /// Colours of knobs, distinct with red-green colour blindness too.
-const COLORS: [&str; 7] =
-    ["#c8641e", "#1f6fb4", "#968200", "#288c6e", "#b4468c", "#505ac8", "#787878"];
+const COLORS: [&str; 7] = ["#c8641e", "#1f6fb4", "#968200", "#288c6e", "#b4468c", "#505ac8", "#787878"];
 
 fn color(knob: Option<Knob>) -> &'static str {
     knob.map_or("#000", |knob| COLORS[knob as usize % COLORS.len()])
@@ -27,18 +26,15 @@ fn place(step: &Step) -> (f64, f64) {
 
 /// The plot as SVG. Bars span the lowest to the highest seed, and the 10th to the 90th percentile of the frames.
 pub fn svg(title: &str, steps: &[Step]) -> String {
-    let mut shown: Vec<&Step> =
-        steps.iter().filter(|step| step.knob != Some(Knob::Effects)).collect();
+    let mut shown: Vec<&Step> = steps.iter().filter(|step| step.knob != Some(Knob::Effects)).collect();
     let axis = |name, of: fn((f64, f64)) -> f64| {
         let values = shown.iter().map(|step| of(place(step)));
-        let (low, high) = values
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         Axis { name, from: 0.85 * low, to: 1.18 * high, scale: Scale::Logarithmic }
     };
     let (x, y) = (axis("time for a frame, ms", |at| at.0), axis("error, % of white", |at| at.1));
     let mut plot = Plot::new(title, SIZE, x, y);
-    let mut front: Vec<(f64, f64)> =
-        shown.iter().filter(|step| step.on_front).map(|step| place(step)).collect();
+    let mut front: Vec<(f64, f64)> = shown.iter().filter(|step| step.on_front).map(|step| place(step)).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     plot.line(front, "#888", false);
     for step in &shown {
@@ -54,8 +50,7 @@ pub fn svg(title: &str, steps: &[Step]) -> String {
     }
     // The most informative first: a point too close to others gets no label.
     shown.sort_by_key(|step| (!step.on_front, step.knob.is_some()));
-    let named: Vec<_> =
-        shown.iter().map(|step| (place(step), step.name, color(step.knob))).collect();
+    let named: Vec<_> = shown.iter().map(|step| (place(step), step.name, color(step.knob))).collect();
     plot.label(&named);
     plot.svg()
 }

@@ -54,12 +54,8 @@ pub fn measured(options: &Options, clock: Option<&Clock>) -> Result<Vec<Added>> 
     let mut all = Vec::new();
     for seed in SEEDS {
         let minutes = options.pose_minutes;
-        let shoot = Shoot {
-            folder: options.work.join(format!("poses-{seed}-for-{minutes}-minutes")),
-            options,
-            seed,
-            clock,
-        };
+        let shoot =
+            Shoot { folder: options.work.join(format!("poses-{seed}-for-{minutes}-minutes")), options, seed, clock };
         all.extend(shoot.measured()?);
     }
     Ok(all)
@@ -85,12 +81,8 @@ impl Shoot<'_> {
 
     /// None if there is no time for all of it.
     fn measured(&self) -> Result<Option<Added>> {
-        let Some((before, scores)) = self.reached(&[], None)? else {
-            return Ok(None);
-        };
-        let Some(named) = self.named()? else {
-            return Ok(None);
-        };
+        let Some((before, scores)) = self.reached(&[], None)? else { return Ok(None) };
+        let Some(named) = self.named()? else { return Ok(None) };
         let frames = scores.result["frames"].as_array().cloned().unwrap_or_default();
         let truth: Vec<usize> = frames.iter().filter_map(as_frame).collect();
         // Networks with more poses get the same number of steps, however busy the machine is by then.
@@ -109,9 +101,7 @@ impl Shoot<'_> {
                 0 => chosen.clone(),
                 draw => drawn(&others, self.seed * DRAWS + draw - 1),
             };
-            let Some((reached, kept)) = self.reached(&like, epochs)? else {
-                return Ok(None);
-            };
+            let Some((reached, kept)) = self.reached(&like, epochs)? else { return Ok(None) };
             builds.push(kept.build);
             found.push(reached);
         }
@@ -136,15 +126,7 @@ impl Shoot<'_> {
             let (project, shoot) = (project.to_string_lossy(), shoot.to_string_lossy());
             // The truth's frames are skipped, so ask for more.
             let count = (ADDED + 4).to_string();
-            self.options.afterlight(&[
-                "confidence",
-                &project,
-                "--poses",
-                &count,
-                "--truth",
-                &shoot,
-                "--json",
-            ])
+            self.options.afterlight(&["confidence", &project, "--poses", &count, "--truth", &shoot, "--json"])
         })
     }
 
@@ -156,12 +138,9 @@ impl Shoot<'_> {
         let at = self.folder.join(format!("like-{name}"));
         let path = at.join("scores.json");
         let kept = self.kept(&path, || self.trained(&at, &names, epochs))?;
-        let Some(kept) = kept else {
-            return Ok(None);
-        };
+        let Some(kept) = kept else { return Ok(None) };
         let relit = kept.result["relit_psnr_db"].as_object();
-        let relit: Vec<f64> =
-            relit.iter().flat_map(|all| all.values()).filter_map(Value::as_f64).collect();
+        let relit: Vec<f64> = relit.iter().flat_map(|all| all.values()).filter_map(Value::as_f64).collect();
         let unknown = || Error::bug(format!("{} has no scores", path.display()));
         let reached = Reached {
             like: like.to_vec(),
@@ -176,8 +155,7 @@ impl Shoot<'_> {
         let options = self.options;
         if at.exists() {
             // An earlier run was stopped half-way.
-            std::fs::remove_dir_all(at)
-                .map_err(|e| Error::io("remove", at, e, "Remove it yourself"))?;
+            std::fs::remove_dir_all(at).map_err(|e| Error::io("remove", at, e, "Remove it yourself"))?;
         }
         let (shoot, project) = (at.join("shoot"), at.join("project"));
         let (shoot, project) = (shoot.to_string_lossy(), project.to_string_lossy());
@@ -188,10 +166,7 @@ impl Shoot<'_> {
             None => ("--minutes", options.pose_minutes.to_string()),
         };
         let like = like.join(",");
-        let mut stage = vec![
-            "stage", &shoot, "--size", &size, "--frames", &frames, "--seed", &seed, "--poses",
-            &poses,
-        ];
+        let mut stage = vec!["stage", &shoot, "--size", &size, "--frames", &frames, "--seed", &seed, "--poses", &poses];
         if !like.is_empty() {
             stage.extend(["--like-frames", &like]);
         }
@@ -199,15 +174,7 @@ impl Shoot<'_> {
         let import = ["import", &project, "--shoot", &shoot, "--size", &size];
         options.afterlight(&import)?;
         options.afterlight(&["calibrate", &project])?;
-        options.afterlight(&[
-            "train",
-            &project,
-            "--fresh",
-            unit,
-            &length,
-            "--exclude-truth",
-            &shoot,
-        ])?;
+        options.afterlight(&["train", &project, "--fresh", unit, &length, "--exclude-truth", &shoot])?;
         options.afterlight(&["evaluate", &project, "--truth", &shoot, "--json"])
     }
 }

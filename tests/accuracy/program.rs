@@ -197,12 +197,7 @@ impl Options {
             shoots,
             added,
             benches,
-            about: About {
-                runs: self.runs(),
-                build: self.build().to_owned(),
-                seeds: self.seeds,
-                left_out,
-            },
+            about: About { runs: self.runs(), build: self.build().to_owned(), seeds: self.seeds, left_out },
         })
     }
 

@@ -7,10 +7,9 @@ use std::fmt::Write as _;
 pub fn table(steps: &[Step]) -> String {
     let mut order: Vec<&Step> = steps.iter().collect();
     order.sort_by(|a, b| a.place().0.total_cmp(&b.place().0));
-    let mut text =
-        "| rung | front | ms a frame | PSNR, dB | FLIP | OLATs, dB | flicker, % | steps |\n\
+    let mut text = "| rung | front | ms a frame | PSNR, dB | FLIP | OLATs, dB | flicker, % | steps |\n\
                     |---|---|---:|---:|---:|---:|---:|---:|\n"
-            .to_owned();
+        .to_owned();
     for step in order {
         let cell = |of: &dyn Fn(&tradeoff::Measured) -> Option<f64>, digits: usize| {
             let figure = step.figure(of);

@@ -44,17 +44,13 @@ pub fn write(path: &Path, methods: &[&Scored], rows: fn(&[&Value]) -> Vec<Row>) 
     let mut tiles: Vec<(String, Encoded)> = Vec::new();
     let all: Vec<&Value> = methods.iter().map(|of| &of.kept.result).collect();
     let rows = rows(&all);
-    let Some(network) = methods.first().filter(|_| !rows.is_empty()) else {
-        return Ok(false);
-    };
+    let Some(network) = methods.first().filter(|_| !rows.is_empty()) else { return Ok(false) };
     for row in rows {
         let light = match &row.light {
             Light::Environment(name) => name.clone(),
             Light::Olat(lamp) => format!("olat-{lamp}"),
         };
-        let file = |of: &Scored, end: &str| {
-            read_encoded(&of.pictures.join(format!("{light}-{}{end}.png", row.frame)))
-        };
+        let file = |of: &Scored, end: &str| read_encoded(&of.pictures.join(format!("{light}-{}{end}.png", row.frame)));
         let truth = file(network, "-truth")?;
         let reached: Vec<Option<f64>> = methods.iter().map(|of| row.decibels(of)).collect();
         let best = best(methods, &reached);
@@ -95,18 +91,11 @@ pub fn write(path: &Path, methods: &[&Scored], rows: fn(&[&Value]) -> Vec<Row>) 
 /// its median.
 pub fn olat_rows(methods: &[&Value]) -> Vec<Row> {
     let decibels = |scores: &Value, frame: &str| scores["olat_psnr_by_lamp_db"][frame].clone();
-    let Some(first) = methods.first() else {
-        return Vec::new();
-    };
+    let Some(first) = methods.first() else { return Vec::new() };
     let frames = first["olat_psnr_by_lamp_db"].as_object().into_iter().flatten();
-    let mut common =
-        frames.filter(|(frame, _)| methods.iter().all(|scores| decibels(scores, frame).is_array()));
-    let Some((frame, lamps)) = common.next() else {
-        return Vec::new();
-    };
-    let Ok(frame) = frame.parse() else {
-        return Vec::new();
-    };
+    let mut common = frames.filter(|(frame, _)| methods.iter().all(|scores| decibels(scores, frame).is_array()));
+    let Some((frame, lamps)) = common.next() else { return Vec::new() };
+    let Ok(frame) = frame.parse() else { return Vec::new() };
     let reached = lamps.as_array().into_iter().flatten().filter_map(Value::as_f64);
     let mut reached: Vec<(usize, f64)> = reached.enumerate().collect();
     reached.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -122,17 +111,13 @@ pub fn relit_rows(methods: &[&Value]) -> Vec<Row> {
         let frames = scores["frames"].as_array().into_iter().flatten();
         frames.filter_map(Value::as_u64).collect()
     };
-    let Some(network) = methods.first() else {
-        return Vec::new();
-    };
+    let Some(network) = methods.first() else { return Vec::new() };
     let frames = frames_of(network);
     // The limit exists only for frames with true OLATs.
     let others: Vec<Vec<u64>> = methods.iter().map(|scores| frames_of(scores)).collect();
     let is_common = |frame: &u64| others.iter().all(|frames| frames.contains(frame));
     let mut rows = Vec::new();
-    for (environment, by_frame) in
-        network["relit_psnr_by_frame_db"].as_object().into_iter().flatten()
-    {
+    for (environment, by_frame) in network["relit_psnr_by_frame_db"].as_object().into_iter().flatten() {
         let by_frame = by_frame.as_array().into_iter().flatten();
         let mut reached: Vec<(f64, u64)> = by_frame
             .filter_map(Value::as_f64)
@@ -141,10 +126,11 @@ pub fn relit_rows(methods: &[&Value]) -> Vec<Row> {
             .collect();
         reached.sort_by(|a, b| b.0.total_cmp(&a.0));
         let ends = [reached.first(), reached.last().filter(|_| reached.len() > 1)];
-        rows.extend(ends.into_iter().flatten().map(|(_, frame)| Row {
-            light: Light::Environment(environment.clone()),
-            frame: *frame,
-        }));
+        rows.extend(
+            ends.into_iter()
+                .flatten()
+                .map(|(_, frame)| Row { light: Light::Environment(environment.clone()), frame: *frame }),
+        );
     }
     rows
 }
@@ -176,11 +162,7 @@ fn best(methods: &[&Scored], reached: &[Option<f64>]) -> Option<usize> {
 
 /// Decibels for a label.
 fn words(decibels: f64) -> String {
-    if decibels >= evaluation::metrics::MAX_DECIBELS {
-        "exact".to_owned()
-    } else {
-        format!("{decibels:.1} db")
-    }
+    if decibels >= evaluation::metrics::MAX_DECIBELS { "exact".to_owned() } else { format!("{decibels:.1} db") }
 }
 
 /// A picture at the sheet's size. Averages light, not codes.
@@ -255,12 +237,7 @@ mod tests {
                 write_png(&truth, &picture(0.6)).unwrap();
             }
             let result = json!({"frames": [3, 8], "relit_psnr_by_frame_db": {"nave": decibels}});
-            Scored {
-                method: name,
-                learnt: None,
-                kept: Kept { build: String::new(), result },
-                pictures,
-            }
+            Scored { method: name, learnt: None, kept: Kept { build: String::new(), result }, pictures }
         };
         let all = [
             method("network", [30.0, 20.0], 0.5),

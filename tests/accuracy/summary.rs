@@ -68,20 +68,14 @@ pub fn steps(ladder: &Ledger) -> Vec<Step<'_>> {
         let name = measured.rung.name.as_str();
         match steps.iter_mut().find(|step| step.name == name) {
             Some(step) => step.seeds.push(measured),
-            None => steps.push(Step {
-                name,
-                knob: measured.rung.knob,
-                seeds: vec![measured],
-                on_front: false,
-            }),
+            None => steps.push(Step { name, knob: measured.rung.knob, seeds: vec![measured], on_front: false }),
         }
     }
     let places: Vec<Option<(f64, f64)>> =
         steps.iter().map(|step| (!step.has_effects()).then(|| step.place())).collect();
     for (step, mine) in steps.iter_mut().zip(&places) {
-        let beats = |other: &(f64, f64)| {
-            mine.is_some_and(|mine| other.0 <= mine.0 && other.1 >= mine.1 && *other != mine)
-        };
+        let beats =
+            |other: &(f64, f64)| mine.is_some_and(|mine| other.0 <= mine.0 && other.1 >= mine.1 && *other != mine);
         step.on_front = mine.is_some() && !places.iter().flatten().any(beats);
     }
     steps

@@ -17,8 +17,7 @@ use tradeoff::{Knob, Ledger, TradeoffSettings, tradeoff};
 
 #[test]
 fn a_figure_says_its_range_where_seeds_differ() {
-    let text =
-        |values: &[f64]| Figure::from_values(values.iter().copied()).map(|figure| figure.text(1));
+    let text = |values: &[f64]| Figure::from_values(values.iter().copied()).map(|figure| figure.text(1));
     assert_eq!(text(&[1.0, 2.0, 3.0]).unwrap(), "2.0 (1.0 to 3.0)");
     assert_eq!(text(&[2.01, 2.02]).unwrap(), "2.0");
     assert_eq!(text(&[f64::NAN]), None);
@@ -57,19 +56,12 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         scored("sun", Some((2, 1.5))),
         scored("sun", Some((1, 6.0))),
     ];
-    let shoot = Shoot {
-        name: "small stage".to_owned(),
-        size: 16,
-        ladder,
-        methods,
-        networks: Vec::new(),
-        elsewhere: None,
-    };
+    let shoot =
+        Shoot { name: "small stage".to_owned(), size: 16, ladder, methods, networks: Vec::new(), elsewhere: None };
     let found = steps(&shoot.ladder);
     assert!(found.iter().all(|step| step.seeds.len() == 2));
     assert!(found.iter().any(|step| step.on_front));
-    let bench =
-        Bench { name: "relight", kept: kept(json!({"machine": {}, "threads": 2, "rows": []})) };
+    let bench = Bench { name: "relight", kept: kept(json!({"machine": {}, "threads": 2, "rows": []})) };
     let page = folder.path().join("accuracy.md");
     let reached = |olats: f64| Reached { like: vec![3, 9], olats, relit: 20.0 };
     let quarter = |within: f64| json!({"said": [0.01, 0.02], "within": [within, 0.9], "cells": 5});
@@ -88,10 +80,7 @@ fn every_rung_of_a_ladder_has_its_line_and_its_point() -> Result<()> {
         added: vec![added],
         benches: vec![bench],
         about: About {
-            runs: vec![
-                json!({"minutes": 30.0, "others": 0.1}),
-                json!({"minutes": 10.0, "others": 0.42}),
-            ],
+            runs: vec![json!({"minutes": 30.0, "others": 0.1}), json!({"minutes": 10.0, "others": 0.42})],
             build: "feedbeef".to_owned(),
             seeds: 3,
             left_out: vec!["time of each pass".to_owned()],
@@ -142,18 +131,12 @@ fn ladder(folder: &Path) -> Result<Ledger> {
     use base::Error;
     let silent = Progress::silent();
     let shoot = folder.join("shoot");
-    let stage = virtual_stage::StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 8,
-        ..virtual_stage::StageSettings::default()
-    };
+    let stage =
+        virtual_stage::StageSettings { frames: 3, size: 32, lamps: 8, ..virtual_stage::StageSettings::default() };
     virtual_stage::write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project =
-        import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
-    let found =
-        calibration::calibrate(&mut project, &calibration::CalibrateSettings::default(), &silent)?;
+    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
+    let found = calibration::calibrate(&mut project, &calibration::CalibrateSettings::default(), &silent)?;
     found.save(&project)?;
     let settings = TradeoffSettings {
         truth: Some(shoot),

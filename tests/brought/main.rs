@@ -75,21 +75,17 @@ impl Case {
         };
         let mut faults = Vec::new();
         let mut check = |fault: Option<String>| faults.extend(fault);
-        let other_size =
-            |found| (found != *size).then(|| format!("{name}: {found:?}, not {size:?}"));
+        let other_size = |found| (found != *size).then(|| format!("{name}: {found:?}, not {size:?}"));
         let about = picture::about(path).unwrap();
         check(other_size(about.size));
         let said = about.sentence();
-        check(
-            self.said.as_ref().filter(|right| said != **right).map(|_| format!("{name}: {said}")),
-        );
+        check(self.said.as_ref().filter(|right| said != **right).map(|_| format!("{name}: {said}")));
         let read = file::read_linear(path).unwrap();
         check(other_size(read.size()));
         check(self.compare("read_linear", &read.pixels, light));
 
         // Cameras' pictures are codes: what fits into them.
-        let codes: Vec<[f32; 3]> =
-            light.iter().map(|p| p.map(|v| linear_from_srgb(srgb_from_linear(v)))).collect();
+        let codes: Vec<[f32; 3]> = light.iter().map(|p| p.map(|v| linear_from_srgb(srgb_from_linear(v)))).collect();
         let encoded = file::read_encoded(path).unwrap();
         let decoded = |codes: [f32; 3]| codes.map(linear_from_srgb);
         let found: Vec<[f32; 3]> = encoded.0.pixels.iter().map(|p| decoded(*p)).collect();
@@ -99,8 +95,7 @@ impl Case {
             let frame = movie.frame(0).unwrap();
             let channels = 3 + usize::from(frame.has_alpha);
             let pixels = frame.codes.chunks_exact(channels);
-            let found: Vec<[f32; 3]> =
-                pixels.map(|p| decoded([0, 1, 2].map(|c| f32::from(p[c]) / 65535.0))).collect();
+            let found: Vec<[f32; 3]> = pixels.map(|p| decoded([0, 1, 2].map(|c| f32::from(p[c]) / 65535.0))).collect();
             check(self.compare("a sequence", &found, &codes));
         }
 
@@ -117,9 +112,7 @@ impl Case {
 #[test]
 fn every_entrance_gives_the_light_that_a_file_holds() {
     let modules = ["OpenImageIO", "PIL", "tifffile", "numpy"];
-    let Some(python) = python(&modules) else {
-        return;
-    };
+    let Some(python) = python(&modules) else { return };
     let folder = tempfile::tempdir().unwrap();
     let script = repository("tests/peers/brought.py");
     let ran = std::process::Command::new(python).arg(script).arg(folder.path()).output().unwrap();
@@ -127,8 +120,7 @@ fn every_entrance_gives_the_light_that_a_file_holds() {
     let text = std::fs::read_to_string(folder.path().join("cases.json")).unwrap();
     let cases: Vec<Value> = serde_json::from_str(&text).unwrap();
     assert!(cases.len() > 80, "{} cases", cases.len());
-    let faults: Vec<String> =
-        cases.iter().flat_map(|case| Case::new(folder.path(), case).faults()).collect();
+    let faults: Vec<String> = cases.iter().flat_map(|case| Case::new(folder.path(), case).faults()).collect();
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
     assert_page(&cases);
 }

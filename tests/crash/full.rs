@@ -38,9 +38,7 @@ fn is_refused(output: &Output, folder: &Path) -> bool {
             let sentence = said.lines().last().unwrap_or_default();
             let file = ["film", "again", "out"].iter().any(|name| sentence.contains(name));
             assert!(
-                sentence.starts_with("afterlight: cannot write ")
-                    && file
-                    && sentence.contains("room"),
+                sentence.starts_with("afterlight: cannot write ") && file && sentence.contains("room"),
                 "in {}: {said}",
                 folder.display()
             );
@@ -131,9 +129,7 @@ fn a_disk_that_fills_at_any_time_ends_every_command_with_a_sentence() {
         // Files are small: from a page to a MB.
         let room = 10f64.powf(3.6 + 2.4 * moments.share()) as u64;
         let used = size(&ground.film()).div_ceil(1024) as usize;
-        let Some(disk) = SmallDisk::mount(used + 2048) else {
-            return;
-        };
+        let Some(disk) = SmallDisk::mount(used + 2048) else { return };
         let folder = disk.0.path();
         let copied = Command::new("cp").arg("-a").arg(ground.film()).arg(folder).status();
         assert!(copied.unwrap().success());
@@ -181,11 +177,7 @@ fn size(folder: &Path) -> u64 {
     let entries = std::fs::read_dir(folder).unwrap().flatten();
     let sizes = entries.map(|entry| {
         let data = entry.metadata().unwrap();
-        if data.is_dir() {
-            size(&entry.path()) + 4096
-        } else {
-            data.len().next_multiple_of(4096) + 4096
-        }
+        if data.is_dir() { size(&entry.path()) + 4096 } else { data.len().next_multiple_of(4096) + 4096 }
     });
     sizes.sum()
 }

@@ -9,12 +9,10 @@ fn ctrl_c_ends_an_export_whose_ffmpeg_hangs() {
     let ground = Ground::new();
     let (tools, started) = (ground.at("tools"), ground.at("started"));
     std::fs::create_dir(&tools).unwrap();
-    let text =
-        format!("#!/bin/sh\necho $$ >{0}.new; mv {0}.new {0}\nsleep 100000\n", started.display());
+    let text = format!("#!/bin/sh\necho $$ >{0}.new; mv {0}.new {0}\nsleep 100000\n", started.display());
     std::fs::write(ground.at("hanging"), text).unwrap();
     // A file that this process wrote may still be open in a child of another test; it could not be started then.
-    let installed =
-        Command::new("install").arg(ground.at("hanging")).arg(tools.join("ffmpeg")).status();
+    let installed = Command::new("install").arg(ground.at("hanging")).arg(tools.join("ffmpeg")).status();
     assert!(installed.unwrap().success());
     let path = std::env::var("PATH").unwrap();
     let mut command = ground.relight("nave", "out/clip.mp4");

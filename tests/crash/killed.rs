@@ -36,9 +36,8 @@ impl Tally {
     fn sentence(&self) -> String {
         let Self { killed, finished, unfinished } = self;
         // For runs with another number of kills.
-        let sentence = format!(
-            "{killed} kills, {unfinished} of them with something unfinished; {finished} runs ended before"
-        );
+        let sentence =
+            format!("{killed} kills, {unfinished} of them with something unfinished; {finished} runs ended before");
         eprintln!("{sentence}");
         sentence
     }
@@ -190,14 +189,11 @@ impl Ground {
     fn check_training(&self, step: u64, settings: &[&str]) {
         let folder = self.at("film/checkpoint");
         let mut last = self.command(settings).spawn().unwrap();
-        test_support::wait_for(|| {
-            checkpoint::info(&folder).is_ok_and(|info| info.step > step + 1).then_some(())
-        });
+        test_support::wait_for(|| checkpoint::info(&folder).is_ok_and(|info| info.step > step + 1).then_some(()));
         last.kill().unwrap();
         last.wait().unwrap();
         let log = std::fs::read_to_string(self.at("film/training.csv")).unwrap();
-        let steps: Vec<u64> =
-            (log.lines().skip(1)).filter_map(|line| line.split(',').next()?.parse().ok()).collect();
+        let steps: Vec<u64> = (log.lines().skip(1)).filter_map(|line| line.split(',').next()?.parse().ok()).collect();
         assert!(steps.is_sorted_by(|a, b| a < b), "{steps:?}");
         self.clean_up(&self.film());
         // The next save removes what training itself leaves.

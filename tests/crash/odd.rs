@@ -6,16 +6,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use test_support::small_disk::SmallDisk;
 
-const TRAIN: [&str; 8] =
-    ["train", "film", "--device", "cpu", "--set", "width=8", "--set", "checkpoint-seconds=0"];
+const TRAIN: [&str; 8] = ["train", "film", "--device", "cpu", "--set", "width=8", "--set", "checkpoint-seconds=0"];
 
 #[test]
 fn checkpoints_are_copied_where_the_disk_refuses_links() {
     let ground = Ground::new();
     // Hard links to another disk's files are refused.
-    let Some(disk) = SmallDisk::mount(64 * 1024) else {
-        return;
-    };
+    let Some(disk) = SmallDisk::mount(64 * 1024) else { return };
     let kept = ground.at("film/checkpoints");
     std::fs::create_dir_all(&kept).unwrap();
     let mut copy = std::process::Command::new("cp");
@@ -38,16 +35,7 @@ fn checkpoints_are_copied_where_the_disk_refuses_links() {
         let folder = ground.at("film/checkpoint");
         let info = afterlight::reflectance::checkpoint::info(&folder).unwrap();
         assert_eq!(info, back.info);
-        ground.succeed(&[
-            "relight",
-            "film",
-            "--environment",
-            "nave",
-            "--frames",
-            "0",
-            "--to",
-            "out/one.png",
-        ]);
+        ground.succeed(&["relight", "film", "--environment", "nave", "--frames", "0", "--to", "out/one.png"]);
     }
     ground.succeed(&[&TRAIN[..], &["--epochs", "4"]].concat());
     ground.check_outside();

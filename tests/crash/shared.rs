@@ -22,11 +22,7 @@ fn ended(ground: &Ground, arguments: &[&str]) -> Output {
 }
 
 /// Number of completed and of refused runs of a command until `over`. The only accepted failure is a project in use.
-fn hammer<'a>(
-    ground: &Ground,
-    over: impl Fn() -> bool,
-    mut next: impl FnMut(u32) -> Vec<String> + 'a,
-) -> (u32, u32) {
+fn hammer<'a>(ground: &Ground, over: impl Fn() -> bool, mut next: impl FnMut(u32) -> Vec<String> + 'a) -> (u32, u32) {
     let (mut done, mut refused) = (0, 0);
     while !over() {
         let arguments = next(done);
@@ -60,9 +56,7 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
         let train = threads.spawn(|| {
             hammer(&ground, over, |done| {
                 let epochs = 2 + done;
-                words(&format!(
-                    "train film --epochs {epochs} --device cpu --set width=8 --set checkpoint-seconds=0"
-                ))
+                words(&format!("train film --epochs {epochs} --device cpu --set width=8 --set checkpoint-seconds=0"))
             })
         });
         let list = threads.spawn(|| {
@@ -73,8 +67,7 @@ fn programs_that_share_a_project_lose_nothing_and_never_hang() {
             })
         });
         let relight = threads.spawn(|| {
-            let relight =
-                "relight film --device cpu --environment nave --frames 0 --to out/one.png";
+            let relight = "relight film --device cpu --environment nave --frames 0 --to out/one.png";
             hammer(&ground, over, |_| words(relight))
         });
         let change = threads.spawn(|| {

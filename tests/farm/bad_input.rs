@@ -99,8 +99,7 @@ fn frames_that_lack_or_are_damaged_are_named_with_their_command() {
     }
     assert!(!ground.at("joined.mov").exists());
     let report: Value = serde_json::from_slice(&ground.read("a job/report.json")).unwrap();
-    let again: Vec<&str> =
-        report["again"].as_array().unwrap().iter().map(|c| c.as_str().unwrap()).collect();
+    let again: Vec<&str> = report["again"].as_array().unwrap().iter().map(|c| c.as_str().unwrap()).collect();
     assert_eq!(again.len(), 3);
     for (command, frames) in again.iter().zip(["2", "8", "11"]) {
         assert_eq!(*command, format!("afterlight farm-chunk 'a job' --frames {frames}"));
@@ -132,8 +131,7 @@ fn a_lost_worker_s_frames_are_kept_and_two_workers_at_one_chunk_do_no_harm() {
     // Clocks of workers and of the disk differ: nothing depends on file times.
     for frame in 0..FRAMES {
         let file = std::fs::File::options().write(true).open(ground.frame("a job", frame)).unwrap();
-        file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(frame as u64))
-            .unwrap();
+        file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(frame as u64)).unwrap();
     }
     let again = ground.chunk("a job", "0-11");
     assert_eq!(again["kept"], 12);
@@ -206,9 +204,7 @@ fn a_lost_layer_a_new_first_frame_and_another_field_are_made_again() {
 #[test]
 fn a_full_disk_is_a_sentence_and_loses_nothing() {
     let ground = Ground::new();
-    let Some(disk) = SmallDisk::mount(200) else {
-        return;
-    };
+    let Some(disk) = SmallDisk::mount(200) else { return };
     ground.write_job("a job", &disk.at("%02d.exr"), &["--engine", "slurm", "--chunk", "12"]);
     let said = fail(ground.path(), &["farm-chunk", "a job", "--frames", "0-11"]);
     assert!(said.contains("room") && said.contains("frames are kept"), "{said}");
@@ -232,8 +228,7 @@ fn a_job_is_written_into_an_empty_folder_alone_and_to_its_end() {
     let said = fail(ground.path(), &["farm-chunk", "taken", "--frames", "0"]);
     assert!(said.contains("job.json"), "{said}");
     // A job that cannot be written leaves its folder unchanged.
-    let asked =
-        "farm;my film;--environment;nave;--output;a%d.png;--lut;gone.cube;--engine;slurm;--to;half";
+    let asked = "farm;my film;--environment;nave;--output;a%d.png;--lut;gone.cube;--engine;slurm;--to;half";
     let said = fail(ground.path(), &asked.split(';').collect::<Vec<_>>());
     assert!(said.contains("gone.cube"), "{said}");
     let left = std::fs::read_dir(ground.at("half")).map_or(0, Iterator::count);

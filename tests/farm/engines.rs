@@ -20,9 +20,7 @@ fn said(output: &Output) -> String {
 
 #[test]
 fn open_job_description_runs_a_job_whose_worker_is_killed() {
-    let (Some(program), true) = (test_support::openjd(), test_support::ffmpeg()) else {
-        return;
-    };
+    let (Some(program), true) = (test_support::openjd(), test_support::ffmpeg()) else { return };
     let ground = Ground::new();
     ground.export("alone.mov");
     let written = ground.write_job("a job", "joined.mov", &["--engine", "openjd", "--chunk", "6"]);
@@ -34,12 +32,7 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
     // The first chunk is killed half-way; its engine reports the failure.
     let tasks = r#"[{"Frame": 0}]"#;
     let first = ["run", &template, "--step", "Relight", "--tasks", tasks];
-    let running = Command::new(&program)
-        .args(first)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let running = Command::new(&program).args(first).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let job = ground.at("a job").canonicalize().unwrap();
     kill_the_worker(&job, &ground.frame("a job", 0));
     let output = running.wait_with_output().unwrap();
@@ -57,9 +50,7 @@ fn open_job_description_runs_a_job_whose_worker_is_killed() {
 
 #[test]
 fn open_job_description_s_templates_say_what_they_need() {
-    let Some(program) = test_support::openjd() else {
-        return;
-    };
+    let Some(program) = test_support::openjd() else { return };
     let ground = Ground::new();
     let more = ["--engine", "openjd", "--chunk", "1", "--memory", "7.5", "--frames", "3-3"];
     ground.write_job("one", "one.%04d.png", &more);
@@ -68,11 +59,7 @@ fn open_job_description_s_templates_say_what_they_need() {
     let needs = &template["steps"][0]["hostRequirements"]["amounts"];
     assert_eq!(needs[1]["min"], 7153, "7.5 GB in MiB");
     openjd(&program, true, &["check", &ground.text("one/template.json")]);
-    openjd(
-        &program,
-        true,
-        &["run", &ground.text("one/template.json"), "--step", "Assemble", "--run-dependencies"],
-    );
+    openjd(&program, true, &["run", &ground.text("one/template.json"), "--step", "Assemble", "--run-dependencies"]);
     assert!(ground.at("one.0003.png").is_file());
     // The same program refuses an invalid template.
     std::fs::write(ground.at("one/template.json"), text.replace("INT", "IMT")).unwrap();
@@ -87,20 +74,14 @@ fn slurm_runs_a_job_whose_worker_is_killed() {
     let Some(slurm) = Slurm::start() else { return };
     let ground = Ground::new();
     ground.export("alone.mov");
-    let written = ground.write_job(
-        "a job",
-        "joined.mov",
-        &["--engine", "slurm", "--chunk", "6", "--memory", "0.5"],
-    );
+    let written = ground.write_job("a job", "joined.mov", &["--engine", "slurm", "--chunk", "6", "--memory", "0.5"]);
     let submit = || {
         let mut shell = slurm.command("sh");
         let output = shell.args(["-c", written["submit"].as_str().unwrap()]).output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
         said(&output)
     };
-    let log = |name: &str| {
-        std::fs::read_to_string(ground.at("a job/logs").join(name)).unwrap_or_default()
-    };
+    let log = |name: &str| std::fs::read_to_string(ground.at("a job/logs").join(name)).unwrap_or_default();
     let told = submit();
     assert!(told.contains("tasks 0 to 1"), "{told}");
     let job = ground.at("a job").canonicalize().unwrap();

@@ -25,8 +25,7 @@ impl Ground {
         static MADE: OnceLock<TempDir> = OnceLock::new();
         let made = MADE.get_or_init(|| {
             let folder = tempfile::tempdir().unwrap();
-            let shoot =
-                TestShoot { frames: FRAMES, size: 64, working_size: 64, ..TestShoot::default() };
+            let shoot = TestShoot { frames: FRAMES, size: 64, working_size: 64, ..TestShoot::default() };
             shoot.calibrate(folder.path(), "my film");
             let train = "--epochs 1 --device cpu --set width=8 --set most-channels=16";
             let train: Vec<&str> = train.split(' ').collect();
@@ -107,9 +106,7 @@ pub fn kill_the_worker(folder: &Path, file: &Path) {
         let words = String::from_utf8_lossy(&words).into_owned();
         let here = std::fs::read_link(process.join("cwd")).unwrap_or_default();
         let is_ours = words.contains(&job) || here == folder;
-        is_ours
-            && words.split('\0').any(|word| word == "farm-chunk")
-            && words.contains("afterlight\0")
+        is_ours && words.split('\0').any(|word| word == "farm-chunk") && words.contains("afterlight\0")
     };
     let workers: Vec<PathBuf> = processes.map(|p| p.path()).filter(is_worker).collect();
     for worker in &workers {
@@ -140,11 +137,7 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
         let job = format!("job of {ending}");
         let local = ["relight", "my film", "--to", &alone, "--json"];
         succeed(ground.path(), &[&local[..], &LOOK, more].concat());
-        let written = ground.write_job(
-            &job,
-            &joined,
-            &[&["--engine", "slurm", "--chunk", "5"], more].concat(),
-        );
+        let written = ground.write_job(&job, &joined, &[&["--engine", "slurm", "--chunk", "5"], more].concat());
         assert_eq!((&written["tasks"], &written["chunks"]), (&12.into(), &3.into()));
         // In random order.
         for frames in ["10+5", "0+5", "5+5"] {
@@ -166,8 +159,7 @@ fn chunks_are_joined_to_the_movie_that_one_export_writes() {
 /// Compares stills of two exports byte for byte; returns those of the first.
 fn same_stills(ground: &Ground, alone: &str, farmed: &str) -> Vec<Vec<u8>> {
     let stills = (0..FRAMES).map(|frame| {
-        let [alone, farmed] =
-            [alone, farmed].map(|name| ground.read(&name.replace("%02d", &format!("{frame:02}"))));
+        let [alone, farmed] = [alone, farmed].map(|name| ground.read(&name.replace("%02d", &format!("{frame:02}"))));
         assert!(alone == farmed, "frame {frame}");
         alone
     });
@@ -205,8 +197,7 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     std::fs::write(ground.at("the keys.json"), keys).unwrap();
     std::fs::create_dir(ground.at("street")).unwrap();
     for number in 0..3u8 {
-        let still =
-            image::RgbImage::from_fn(20, 9, |x, y| image::Rgb([x as u8, y as u8, 50 * number]));
+        let still = image::RgbImage::from_fn(20, 9, |x, y| image::Rgb([x as u8, y as u8, 50 * number]));
         still.save(ground.at(&format!("street/street.{number:02}.png"))).unwrap();
     }
     let look = "--environment;nave;--device;cpu;--keys;the keys.json;--light;0,20,30,2;--light;60,0,20,1,1,0.5,0.5;\
@@ -237,14 +228,10 @@ fn a_job_has_the_keys_the_lights_and_the_effects_of_its_look() {
     )
     .unwrap();
     let smooth = ["--engine", "slurm", "--chunk", "2", "--keys", "smooth.json"];
-    assert_eq!(
-        ground.write_job("smooth", "b%d.png", &[&smooth[..], &["--frames", "2-7"]].concat())["chunk"],
-        6
-    );
+    assert_eq!(ground.write_job("smooth", "b%d.png", &[&smooth[..], &["--frames", "2-7"]].concat())["chunk"], 6);
     let lost = r#"{"lights.7.yaw": {"keys": [{"frame": 0, "value": 0}]}}"#;
     std::fs::write(ground.at("lost.json"), lost).unwrap();
-    let lost =
-        "farm;my film;--environment;nave;--keys;lost.json;--to;lost;--output;a.mov;--engine;slurm";
+    let lost = "farm;my film;--environment;nave;--keys;lost.json;--to;lost;--output;a.mov;--engine;slurm";
     let said = fail(ground.path(), &lost.split(';').collect::<Vec<_>>());
     assert!(said.contains("lights.7.yaw"), "{said}");
     assert!(!ground.at("lost").exists(), "nothing is written");
@@ -336,11 +323,7 @@ fn what_other_programs_open_is_written_once_all_frames_are_there() {
     assert!(all.len() > FRAMES + 4, "{all:?}");
     for file in all {
         let farmed = ground.at("shot").join(file.file_name().unwrap());
-        assert!(
-            std::fs::read(&file).unwrap() == std::fs::read(&farmed).unwrap(),
-            "{}",
-            file.display()
-        );
+        assert!(std::fs::read(&file).unwrap() == std::fs::read(&farmed).unwrap(), "{}", file.display());
     }
     // An impossible handover is refused before anything is written.
     let asked = "farm;my film;--environment;nave;--hand-over;nuke;--to;none;--output;a%d.exr;--engine;slurm";

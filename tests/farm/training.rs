@@ -50,10 +50,9 @@ fn a_network_that_was_trained_elsewhere_comes_home_and_the_present_one_is_kept()
     succeed(ground.path(), &["calibrate", "my film", "--gamma", "srgb", "--json"]);
     let said = fail(ground.path(), &adopt[..4]);
     assert!(said.contains("its calibration differs"), "{said}");
-    for (name, more, what) in [
-        ("small", &["--size", "32"][..], "its size"),
-        ("few", &["--size", "64", "--lamps", "4"], "its lamps"),
-    ] {
+    for (name, more, what) in
+        [("small", &["--size", "32"][..], "its size"), ("few", &["--size", "64", "--lamps", "4"], "its lamps")]
+    {
         let import = ["import", name, "--shoot", "shoot", "--json"];
         succeed(ground.path(), &[&import[..], more].concat());
         let said = fail(ground.path(), &["checkpoints", name, "--adopt", &copies[0]]);

@@ -1,20 +1,8 @@
 //! Random changes to a valid file, accidental and malicious.
 
 /// Integers that overflow careless arithmetic.
-const WHOLE: [u64; 12] = [
-    0,
-    1,
-    u64::MAX,
-    0x7f,
-    0xff,
-    0x7fff,
-    0xffff,
-    0x7fff_ffff,
-    0x8000_0000,
-    0xffff_ffff,
-    1 << 62,
-    1 << 63,
-];
+const WHOLE: [u64; 12] =
+    [0, 1, u64::MAX, 0x7f, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff, 1 << 62, 1 << 63];
 
 /// The same as text, and values that are not numbers.
 const TYPED: [&str; 32] = [
@@ -57,9 +45,7 @@ struct Draw<'a>(&'a [u8]);
 
 impl Draw<'_> {
     fn byte(&mut self) -> usize {
-        let Some((&first, rest)) = self.0.split_first() else {
-            return 0;
-        };
+        let Some((&first, rest)) = self.0.split_first() else { return 0 };
         self.0 = rest;
         usize::from(first)
     }
@@ -143,13 +129,9 @@ fn change(file: &mut Vec<u8>, files: &[&[u8]], of_text: bool, draw: &mut Draw) {
 fn retype(file: &mut Vec<u8>, draw: &mut Draw) {
     let is_number = |b: u8| b.is_ascii_digit() || b"+-.".contains(&b);
     let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
-    let begins = |i: usize| {
-        is_number(file[i]) && (i == 0 || !(is_number(file[i - 1]) || is_word(file[i - 1])))
-    };
+    let begins = |i: usize| is_number(file[i]) && (i == 0 || !(is_number(file[i - 1]) || is_word(file[i - 1])));
     let starts: Vec<usize> = (0..file.len()).filter(|&i| begins(i)).collect();
-    let Some(&start) = starts.get(draw.below(starts.len())) else {
-        return;
-    };
+    let Some(&start) = starts.get(draw.below(starts.len())) else { return };
     let length = file[start..].iter().take_while(|&&b| is_number(b) || is_word(b)).count();
     let typed = TYPED[draw.byte() % TYPED.len()];
     file.splice(start..start + length, typed.bytes());
@@ -162,14 +144,10 @@ pub fn png_checksums(file: &mut Vec<u8>) {
     let mut at = 8;
     while let Some(length) = file.get(at..at + 4) {
         let length = u32::from_be_bytes([length[0], length[1], length[2], length[3]]) as usize;
-        let Some(part) = file.get(at + 4..at + 8 + length) else {
-            return;
-        };
+        let Some(part) = file.get(at + 4..at + 8 + length) else { return };
         let sum = crc32fast::hash(part).to_be_bytes();
         let end = at + 8 + length;
-        let Some(place) = file.get_mut(end..end + 4) else {
-            return;
-        };
+        let Some(place) = file.get_mut(end..end + 4) else { return };
         place.copy_from_slice(&sum);
         at = end + 4;
     }

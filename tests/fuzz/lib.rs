@@ -96,12 +96,11 @@ impl Run {
             let said = run.read(&seed, read);
             assert_eq!(said, Ok(()), "seed {i} of {}", run.target.name);
         }
-        let mut cases: Vec<PathBuf> =
-            std::fs::read_dir(repository("tests/fuzz/cases").join(run.target.name))
-                .into_iter()
-                .flatten()
-                .map(|entry| entry.unwrap().path())
-                .collect();
+        let mut cases: Vec<PathBuf> = std::fs::read_dir(repository("tests/fuzz/cases").join(run.target.name))
+            .into_iter()
+            .flatten()
+            .map(|entry| entry.unwrap().path())
+            .collect();
         cases.sort();
         cases.extend(std::env::var_os("AFTERLIGHT_FUZZ_CASE").map(PathBuf::from));
         for case in cases {
@@ -134,8 +133,7 @@ impl Run {
     fn read(&self, file: &[u8], read: &dyn Fn(&Path) -> Outcome) -> Outcome {
         let place = &self.target.place;
         // Not truncated first: file systems would sync each time.
-        let mut written =
-            File::options().create(true).write(true).truncate(false).open(place).unwrap();
+        let mut written = File::options().create(true).write(true).truncate(false).open(place).unwrap();
         written.write_all(file).unwrap();
         written.set_len(file.len() as u64).unwrap();
         drop(written);
@@ -171,11 +169,7 @@ impl Run {
     fn judge(&self, sentence: &str) {
         let name = self.target.place.file_name().unwrap().to_string_lossy();
         assert!(sentence.contains(&*name), "the error does not name {name}: {sentence}");
-        assert!(
-            sentence.len() <= LONGEST_SENTENCE,
-            "the error has {} letters: {sentence:.300} …",
-            sentence.len()
-        );
+        assert!(sentence.len() <= LONGEST_SENTENCE, "the error has {} letters: {sentence:.300} …", sentence.len());
         let strange = |c: char| c.is_control() && c != '\n';
         assert!(!sentence.contains(strange), "the error has control characters: {sentence:?}");
     }
@@ -234,12 +228,7 @@ pub fn draw(case: impl Fn(&[u8])) {
     let bytes = proptest::collection::vec(proptest::num::u8::ANY, 0..96);
     let until = Instant::now() + Run::time();
     for round in 0u64.. {
-        let config = Config {
-            cases: 64,
-            max_shrink_time: 20_000,
-            failure_persistence: None,
-            ..Config::default()
-        };
+        let config = Config { cases: 64, max_shrink_time: 20_000, failure_persistence: None, ..Config::default() };
         let mut key = [0; 32];
         key[..8].copy_from_slice(&(seed + 1_000_000 * round).to_le_bytes());
         let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &key);

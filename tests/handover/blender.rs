@@ -15,8 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use test_support::{blender, repository};
 
-const LOOK: &str =
-    "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over blender";
+const LOOK: &str = "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over blender";
 
 /// Runs Blender without a window on the shot's script; returns its output if it failed.
 fn run(folder: &Path, more: &[&str]) -> Result<(), String> {
@@ -152,11 +151,9 @@ fn world_and_lamps_light_as_ours_do() {
     // The same under the rig's lamps, with the shot's weights.
     let project = Project::open(&FOLDER.path().join("film")).unwrap();
     let rig: Rig = Calibration::load(&project).unwrap().rig;
-    let lighting =
-        afterlight::light::Lighting { pitch_deg: 25.0, intensity_stops: 0.5, ..Default::default() };
+    let lighting = afterlight::light::Lighting { pitch_deg: 25.0, intensity_stops: 0.5, ..Default::default() };
     let weighting = lighting.weighting;
-    let weights = afterlight::light::EnvironmentWeights::new(&sky, &rig, weighting)
-        .weights(&lighting, 110.0, 1.0);
+    let weights = afterlight::light::EnvironmentWeights::new(&sky, &rig, weighting).weights(&lighting, 110.0, 1.0);
     let under_lamps = |x, y| {
         normal(x, y).map(|normal| {
             let lamps = rig.lamps.iter().zip(&weights.per_lamp);

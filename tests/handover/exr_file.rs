@@ -39,8 +39,7 @@ impl Channels {
 }
 
 pub fn read(path: &Path) -> Channels {
-    let file =
-        read_all_flat_layers_from_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let file = read_all_flat_layers_from_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let frame = file.attributes.display_window;
     let (width, height) = (frame.size.width(), frame.size.height());
     let mut channels = Channels { width, height, values: BTreeMap::new() };

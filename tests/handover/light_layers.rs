@@ -28,9 +28,7 @@ const LOOKS: &[&str] = &[
 /// The difference that an export reports, as a share of the picture's brightest value.
 fn residual(folder: &Path, look: &str) -> f64 {
     let mut arguments: Vec<&str> =
-        "relight film --frames 1-1 --device cpu --json --layers --to shot.%04d.exr"
-            .split(' ')
-            .collect();
+        "relight film --frames 1-1 --device cpu --json --layers --to shot.%04d.exr".split(' ').collect();
     arguments.extend(look.split(' '));
     let figures: Value = succeed(folder, &arguments);
     let figure = |name: &str| figures["layers"][name].as_f64().unwrap();
@@ -42,11 +40,8 @@ fn residual(folder: &Path, look: &str) -> f64 {
 fn layers_give_the_picture_back_under_any_light_at_any_size() {
     for (lamps, plate) in [("6", "96x160"), ("40", "32x32")] {
         let folder = tempfile::tempdir().unwrap();
-        let shoot =
-            format!("stage shoot --size 32 --frames 2 --lamps {lamps} --plate {plate} --json");
-        for command in
-            [&*shoot, "import film --shoot shoot --size 32 --json", "calibrate film --json"]
-        {
+        let shoot = format!("stage shoot --size 32 --frames 2 --lamps {lamps} --plate {plate} --json");
+        for command in [&*shoot, "import film --shoot shoot --size 32 --json", "calibrate film --json"] {
             succeed(folder.path(), &command.split(' ').collect::<Vec<_>>());
         }
         for look in LOOKS {

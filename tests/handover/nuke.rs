@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 /// Rounding error of half floats in layers and picture together, as a multiple of the value.
 const ROUNDING: f32 = 1.0 / 1024.0;
 
-const LOOK: &str =
-    "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over nuke";
+const LOOK: &str = "--environment nave --yaw 20 --yaw-keys 0:0,3:90 --exposure 0.5 --layers --hand-over nuke";
 
 fn script(folder: &Path) -> (PathBuf, String) {
     let path = folder.join(HARD_NAME.replace(".%04d.exr", ".nk"));
@@ -51,9 +50,7 @@ fn the_script_rebuilds_the_picture_from_its_layers() {
         assert!(difference.brightest() > 0.1, "{gain}");
     }
     // Weights change as the light turns, and match those in the files.
-    let listing = afterlight::export::LayerListing::from_path(
-        &folder.join(HARD_NAME.replace("%04d", "0002")),
-    );
+    let listing = afterlight::export::LayerListing::from_path(&folder.join(HARD_NAME.replace("%04d", "0002")));
     for lamp in listing.unwrap().lamps {
         let node = &parsed.nodes[parsed.named(&format!("Lamp_{}", lamp.layer))];
         let written = [0, 1, 2].map(|c| node.number("written", c, 2));

@@ -244,9 +244,7 @@ impl Node {
     /// File of a frame, relative to the script.
     pub fn file(&self, frame: usize) -> PathBuf {
         let name = self.evaluated("file");
-        let Some((before, rest)) = name.split_once('%') else {
-            return name.into();
-        };
+        let Some((before, rest)) = name.split_once('%') else { return name.into() };
         let (digits, after) = rest.split_once('d').expect("%d");
         let digits: usize = digits.trim_start_matches('0').parse().unwrap_or(1);
         format!("{before}{frame:0digits$}{after}").into()
@@ -255,9 +253,7 @@ impl Node {
     /// Component `index` of a knob that holds a number, a curve, or an expression of both.
     pub fn number(&self, name: &str, index: usize, frame: usize) -> f32 {
         let word = self.knob(name).unwrap_or_else(|| panic!("no knob {name}"));
-        let Word::Braced(list) = word else {
-            return word.text().parse().unwrap();
-        };
+        let Word::Braced(list) = word else { return word.text().parse().unwrap() };
         let elements: Vec<Word> = commands(list).into_iter().flatten().collect();
         match &elements[index.min(elements.len() - 1)] {
             Word::Plain(number) => number.parse().unwrap(),
@@ -292,8 +288,7 @@ impl Node {
 
 #[test]
 fn words_are_read_as_tcl_does() {
-    let words =
-        commands("set N [stack 0]\nRead {\n file \"a \\\"b\\\" \\{\"\n v {{curve x1 2} 3}\n}\n");
+    let words = commands("set N [stack 0]\nRead {\n file \"a \\\"b\\\" \\{\"\n v {{curve x1 2} 3}\n}\n");
     assert_eq!(words.len(), 2);
     assert_eq!(words[0][2], Word::Plain("[stack 0]".into()));
     let knobs = commands(words[1][1].text());
@@ -303,8 +298,7 @@ fn words_are_read_as_tcl_does() {
 
 #[test]
 fn nodes_take_their_inputs_from_the_stack() {
-    let text =
-        "A {\n inputs 0\n}\nset A [stack 0]\nB {\n inputs 0\n}\npush $A\nMerge2 {\n inputs 2\n}\n";
+    let text = "A {\n inputs 0\n}\nset A [stack 0]\nB {\n inputs 0\n}\npush $A\nMerge2 {\n inputs 2\n}\n";
     let script = Script::parse(Path::new("/x.nk"), text);
     assert_eq!(script.nodes[2].inputs, [0, 1], "the last pushed is input 0");
 }

@@ -74,8 +74,7 @@ fn plates_keep_their_numbers_in_pictures_scripts_and_timelines() {
     ] {
         let folder = at.join(folder);
         std::fs::create_dir(&folder).unwrap();
-        let command =
-            "relight ../film --to shot.####.exr --layers --hand-over nuke,blender,otio,edl";
+        let command = "relight ../film --to shot.####.exr --layers --hand-over nuke,blender,otio,edl";
         export(&folder, command, more);
         let wanted: Vec<String> = (first..=last).map(|n| format!("shot.{n:04}.exr")).collect();
         let mut found = names(&folder, ".exr");
@@ -87,16 +86,10 @@ fn plates_keep_their_numbers_in_pictures_scripts_and_timelines() {
             assert!(script.contains(&format!(" {knob} {number}\n")), "{knob}");
         }
         assert!(script.contains(" file shot.%04d.exr\n"));
-        assert_eq!(
-            blender_frames(&folder.join("shot.blender.py")),
-            serde_json::json!([first, last])
-        );
+        assert_eq!(blender_frames(&folder.join("shot.blender.py")), serde_json::json!([first, last]));
         let timeline: Value = serde_json::from_str(&read(&folder.join("shot.otio"))).unwrap();
         let media = &timeline["tracks"]["children"][0]["children"][0]["media_reference"];
-        assert_eq!(
-            (&media["start_frame"], &media["frame_zero_padding"]),
-            (&first.into(), &4.into())
-        );
+        assert_eq!((&media["start_frame"], &media["frame_zero_padding"]), (&first.into(), &4.into()));
         let list = read(&folder.join("shot.edl"));
         assert!(list.contains(&format!("shot.[{first:04}-{last:04}].exr\n")), "{list}");
         let range = format!("{first}-{last}");
@@ -147,8 +140,7 @@ fn a_stopped_export_and_a_farm_job_in_parts_number_their_frames_alike() {
     assert_eq!(resumed["kept"], 2);
     assert_eq!(names_in("stills"), wanted[1..]);
     for (job, more, first) in [("job", "", 1001), ("other", "--first-number -2", -2)] {
-        let farm =
-            format!("farm film --to {job} --output {job}d/a.%04d.png --engine slurm --chunk 2");
+        let farm = format!("farm film --to {job} --output {job}d/a.%04d.png --engine slurm --chunk 2");
         export(at, &farm, more);
         succeed(at, &["farm-chunk", job, "--frames", "2-3", "--json"]);
         let report = succeed(at, &["farm-chunk", job, "--frames", "0-1", "--json"]);
@@ -168,13 +160,10 @@ fn numbers_below_0_are_written_as_nuke_reads_them_and_refused_where_a_program_ca
     assert_eq!(names(&at.join("a"), ".exr"), ["shot.-001.exr", "shot.0000.exr"]);
     assert!(read(&at.join("a/shot.nk")).contains(" first_frame -1\n last_frame 0\n"));
     assert!(read(&at.join("a/shot.edl")).contains("shot.[-001-0000].exr"));
-    let checked =
-        succeed(at, &["check", "a/shot.%04d.exr", "--frames", "-1-0", "--strict", "--json"]);
+    let checked = succeed(at, &["check", "a/shot.%04d.exr", "--frames", "-1-0", "--strict", "--json"]);
     assert_eq!(checked["frames"], serde_json::json!([-1, 0]));
     for program in ["otio", "blender"] {
-        let line = format!(
-            "relight film --environment nave --layers --to b/shot.%04d.exr --hand-over {program}"
-        );
+        let line = format!("relight film --environment nave --layers --to b/shot.%04d.exr --hand-over {program}");
         let said = fail(at, &line.split(' ').collect::<Vec<_>>());
         assert!(said.contains("--first-number") && !at.join("b").exists(), "{said}");
     }

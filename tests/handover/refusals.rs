@@ -10,11 +10,7 @@ fn what_a_program_could_not_open_is_refused_before_anything_is_relit() {
         ("no/a#.%04d.exr", "--layers --hand-over nuke", "frame's number"),
         ("no/%d/a.exr", "--hand-over otio", "Number only the files"),
         ("no/a.%04d.v2.exr", "--layers --hand-over blender", "number last"),
-        (
-            "no/a.%04d.exr",
-            "--layers --layer-files parts --hand-over nuke,blender",
-            "--layer-files channels",
-        ),
+        ("no/a.%04d.exr", "--layers --layer-files parts --hand-over nuke,blender", "--layer-files channels"),
     ] {
         let mut arguments = vec!["relight", "film", "--environment", "nave", "--to", to];
         arguments.extend(more.split(' '));

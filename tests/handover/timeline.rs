@@ -8,12 +8,7 @@ const LOOK: &str = "--environment nave --frames 1-3 --hand-over otio,edl";
 
 /// A timeline as read by OpenTimelineIO.
 fn read(python: &Path, file: &Path, rate: &[&str]) -> Value {
-    let output = Command::new(python)
-        .arg(repository("tests/peers/timeline.py"))
-        .arg(file)
-        .args(rate)
-        .output()
-        .unwrap();
+    let output = Command::new(python).arg(repository("tests/peers/timeline.py")).arg(file).args(rate).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}: {said}", file.display());
     serde_json::from_slice(&output.stdout).unwrap()
@@ -21,9 +16,7 @@ fn read(python: &Path, file: &Path, rate: &[&str]) -> Value {
 
 #[test]
 fn a_sequence_is_read_with_its_frames_rate_and_time_code() {
-    let Some(python) = python(&["opentimelineio", "otio_cmx3600_adapter"]) else {
-        return;
-    };
+    let Some(python) = python(&["opentimelineio", "otio_cmx3600_adapter"]) else { return };
     let (figures, folder) = handed_over("cut", HARD_NAME, LOOK);
     let file = |ending: &str| folder.join(HARD_NAME.replace(".%04d.exr", ending));
     let timeline = read(&python, &file(".otio"), &[]);
@@ -45,17 +38,12 @@ fn a_sequence_is_read_with_its_frames_rate_and_time_code() {
     assert_eq!(list["clips"][0]["start"], clip["start"]);
     assert_eq!(list["clips"][0]["duration"], clip["duration"]);
     let said = figures["hand_over"].as_array().unwrap();
-    assert!(
-        said.len() == 2 && said.iter().all(|f| FOLDER.path().join(f.as_str().unwrap()).is_file())
-    );
+    assert!(said.len() == 2 && said.iter().all(|f| FOLDER.path().join(f.as_str().unwrap()).is_file()));
 }
 
 #[test]
 fn a_movie_is_one_file_with_one_frame_or_many() {
-    let Some(python) = python(&["opentimelineio", "otio_cmx3600_adapter"]).filter(|_| ffmpeg())
-    else {
-        return;
-    };
+    let Some(python) = python(&["opentimelineio", "otio_cmx3600_adapter"]).filter(|_| ffmpeg()) else { return };
     let premultiplied = LOOK.replace("1-3", "2-2") + " --movie-alpha premultiplied --no-background";
     let (_, folder) = handed_over("movie", "clip 1.mov", &premultiplied);
     let clip = &read(&python, &folder.join("clip 1.otio"), &[])["clips"][0];

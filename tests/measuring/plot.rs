@@ -83,10 +83,7 @@ impl<'a> Plot<'a> {
     /// Position of a value, clamped to the frame.
     fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let (width, height) = self.size;
-        (
-            LEFT + self.x.share(x) * (width - LEFT - RIGHT),
-            height - BELOW - self.y.share(y) * (height - BELOW - ABOVE),
-        )
+        (LEFT + self.x.share(x) * (width - LEFT - RIGHT), height - BELOW - self.y.share(y) * (height - BELOW - ABOVE))
     }
 
     /// Adds a legend entry.
@@ -95,17 +92,9 @@ impl<'a> Plot<'a> {
     }
 
     /// Draws a line through values.
-    pub fn line(
-        &mut self,
-        values: impl IntoIterator<Item = (f64, f64)>,
-        colour: &str,
-        dashed: bool,
-    ) {
-        let places: Vec<String> = values
-            .into_iter()
-            .map(|value| self.place(value))
-            .map(|(x, y)| format!("{x:.1},{y:.1}"))
-            .collect();
+    pub fn line(&mut self, values: impl IntoIterator<Item = (f64, f64)>, colour: &str, dashed: bool) {
+        let places: Vec<String> =
+            values.into_iter().map(|value| self.place(value)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let dash = if dashed { r#" stroke-dasharray="4 3""# } else { "" };
         // Writing to a String cannot fail.
         let _ = writeln!(
@@ -127,10 +116,8 @@ impl<'a> Plot<'a> {
     /// Draws a point of this radius in pixels.
     pub fn point(&mut self, at: (f64, f64), radius: u32, colour: &str) {
         let (x, y) = self.place(at);
-        let _ = writeln!(
-            self.body,
-            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius}" fill="{colour}" fill-opacity=".7"/>"#
-        );
+        let _ =
+            writeln!(self.body, r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius}" fill="{colour}" fill-opacity=".7"/>"#);
     }
 
     /// Draws the cumulative share of values.
@@ -157,9 +144,7 @@ impl<'a> Plot<'a> {
                 let mut others = taken.iter().enumerate().filter(|(other, _)| *other != number);
                 frame.holds(area) && others.all(|(_, other)| !area.meets(other))
             };
-            let Some(area) = Area::beside(place, name).into_iter().find(is_free) else {
-                continue;
-            };
+            let Some(area) = Area::beside(place, name).into_iter().find(is_free) else { continue };
             let _ = writeln!(
                 self.body,
                 r#"<text x="{:.1}" y="{:.1}" fill="{colour}">{}</text>"#,
@@ -182,8 +167,7 @@ impl<'a> Plot<'a> {
             escaped(self.title)
         );
         for (tick, number) in self.x.ticks() {
-            let ((x, low), (_, high)) =
-                (self.place((tick, self.y.from)), self.place((tick, self.y.to)));
+            let ((x, low), (_, high)) = (self.place((tick, self.y.from)), self.place((tick, self.y.to)));
             let _ = writeln!(
                 text,
                 r##"<path d="M{x:.1} {low:.1}V{high:.1}" stroke="#ddd"/><text x="{x:.1}" y="{:.1}" text-anchor="middle">{number}</text>"##,
@@ -191,8 +175,7 @@ impl<'a> Plot<'a> {
             );
         }
         for (tick, number) in self.y.ticks() {
-            let ((left, y), (right, _)) =
-                (self.place((self.x.from, tick)), self.place((self.x.to, tick)));
+            let ((left, y), (right, _)) = (self.place((self.x.from, tick)), self.place((self.x.to, tick)));
             let _ = writeln!(
                 text,
                 r##"<path d="M{left:.1} {y:.1}H{right:.1}" stroke="#ddd"/><text x="{:.1}" y="{:.1}" text-anchor="end">{number}</text>"##,
@@ -246,28 +229,20 @@ impl Area {
     /// Candidate positions of a point's label: right, left, above and below.
     fn beside((x, y): (f64, f64), name: &str) -> [Self; 4] {
         let width = 6.0 * name.chars().count() as f64;
-        [(6.0, -5.0), (-6.0 - width, -5.0), (-width / 2.0, -16.0), (-width / 2.0, 6.0)].map(
-            |(by_x, by_y)| Self {
-                left: x + by_x,
-                top: y + by_y,
-                right: x + by_x + width,
-                bottom: y + by_y + 10.0,
-            },
-        )
+        [(6.0, -5.0), (-6.0 - width, -5.0), (-width / 2.0, -16.0), (-width / 2.0, 6.0)].map(|(by_x, by_y)| Self {
+            left: x + by_x,
+            top: y + by_y,
+            right: x + by_x + width,
+            bottom: y + by_y + 10.0,
+        })
     }
 
     fn meets(&self, other: &Self) -> bool {
-        self.left < other.right
-            && other.left < self.right
-            && self.top < other.bottom
-            && other.top < self.bottom
+        self.left < other.right && other.left < self.right && self.top < other.bottom && other.top < self.bottom
     }
 
     fn holds(&self, other: &Self) -> bool {
-        other.left >= self.left
-            && other.right <= self.right
-            && other.top >= self.top
-            && other.bottom <= self.bottom
+        other.left >= self.left && other.right <= self.right && other.top >= self.top && other.bottom <= self.bottom
     }
 }
 

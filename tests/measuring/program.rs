@@ -63,8 +63,7 @@ pub fn finish(result: Result<()>) -> ExitCode {
 /// # Errors
 /// When there is no `=`.
 pub fn named_folder(text: &str) -> std::result::Result<(String, PathBuf), String> {
-    let (name, folder) =
-        text.split_once('=').ok_or("write it as NAME=DIR, such as portrait=shoots/portrait")?;
+    let (name, folder) = text.split_once('=').ok_or("write it as NAME=DIR, such as portrait=shoots/portrait")?;
     Ok((name.to_owned(), PathBuf::from(folder)))
 }
 

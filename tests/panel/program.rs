@@ -104,29 +104,18 @@ fn means(all: &[(Shoot, Vec<Row>)]) -> String {
         let result = |(shoot, rows): &(Shoot, Vec<Row>)| {
             let row = rows.iter().find(|row| row.method == *method)?;
             let olats = row.figures.olats.map_or(f64::NAN, |[mean, _]| mean);
-            Some((
-                shoot.given,
-                [row.figures.relit[0], olats, row.figures.edges.unwrap_or(f64::NAN)],
-            ))
+            Some((shoot.given, [row.figures.relit[0], olats, row.figures.edges.unwrap_or(f64::NAN)]))
         };
         let found: Vec<(bool, [f64; 3])> = all.iter().filter_map(result).collect();
         let said = |figures: [f64; 3]| figures.map(|db| cell(Some(db), 1)).join(" / ");
         let mean = |given: bool| {
-            let group: Vec<[f64; 3]> = (found.iter().filter(|(of, _)| *of == given))
-                .map(|(_, figures)| *figures)
-                .collect();
+            let group: Vec<[f64; 3]> =
+                (found.iter().filter(|(of, _)| *of == given)).map(|(_, figures)| *figures).collect();
             let sum = |i: usize| group.iter().map(|figures| figures[i]).sum::<f64>();
             said([0, 1, 2].map(|i| sum(i) / group.len() as f64))
         };
-        let worst =
-            |i: usize| (found.iter().map(|(_, figures)| figures[i])).fold(f64::NAN, f64::min);
-        let _ = writeln!(
-            text,
-            "| {method} | {} | {} | {} |",
-            mean(true),
-            mean(false),
-            said([0, 1, 2].map(worst))
-        );
+        let worst = |i: usize| (found.iter().map(|(_, figures)| figures[i])).fold(f64::NAN, f64::min);
+        let _ = writeln!(text, "| {method} | {} | {} | {} |", mean(true), mean(false), said([0, 1, 2].map(worst)));
     }
     text
 }
@@ -203,11 +192,9 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
 fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     let afterlight = Program(&options.program);
     let work = options.work.join(file_name(name));
-    std::fs::create_dir_all(&work)
-        .map_err(|e| Error::io("write", &work, e, "Check that the folder can be written"))?;
+    std::fs::create_dir_all(&work).map_err(|e| Error::io("write", &work, e, "Check that the folder can be written"))?;
     let project = work.join("project");
-    let (to, from, size) =
-        (project.to_string_lossy(), shoot.to_string_lossy(), options.size.to_string());
+    let (to, from, size) = (project.to_string_lossy(), shoot.to_string_lossy(), options.size.to_string());
     if !project.join("project.toml").exists() {
         afterlight.run(&["import", &to, "--shoot", &from, "--size", &size])?;
     }
@@ -216,9 +203,7 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
     }
     let score = |method: &str, file: &str| -> Result<Figures> {
         let path = work.join(format!("{file}.json"));
-        if let Some(kept) =
-            std::fs::read(&path).ok().and_then(|text| serde_json::from_slice(&text).ok())
-        {
+        if let Some(kept) = std::fs::read(&path).ok().and_then(|text| serde_json::from_slice(&text).ok()) {
             return figures(&kept, method);
         }
         let found = afterlight.json(&["evaluate", &to, "--truth", &from, "--with", method])?;
@@ -233,8 +218,7 @@ fn measure(options: &Options, name: &str, shoot: &Path) -> Result<Vec<Row>> {
         let kept = |method: &str| format!("{method}-{minutes}");
         if !work.join(format!("{}.json", kept("network"))).exists() {
             let total = minutes.to_string();
-            let train =
-                ["train", &to, "--preset", "quick", "--minutes", &total, "--exclude-truth", &from];
+            let train = ["train", &to, "--preset", "quick", "--minutes", &total, "--exclude-truth", &from];
             afterlight.run(&train)?;
         }
         for method in ["prediction", "network"] {

@@ -21,8 +21,7 @@ pub fn succeed(folder: &Path, arguments: &[&str]) -> Value {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{arguments:?} failed: {errors}");
     let printed = String::from_utf8(output.stdout).expect("figures are text");
-    serde_json::from_str(&printed)
-        .unwrap_or_else(|e| panic!("{arguments:?} printed {printed:?}: {e}"))
+    serde_json::from_str(&printed).unwrap_or_else(|e| panic!("{arguments:?} printed {printed:?}: {e}"))
 }
 
 /// The one line of an expected failure.

@@ -33,12 +33,7 @@ pub struct Rate {
 }
 
 /// Runs jobs of `case` in `folder`, with its project and shoot.
-pub fn measure(
-    case: &Case,
-    afterlight: Program,
-    (project, shoot): (&Path, &Path),
-    folder: &Path,
-) -> Result<Rate> {
+pub fn measure(case: &Case, afterlight: Program, (project, shoot): (&Path, &Path), folder: &Path) -> Result<Rate> {
     let job = folder.join("job");
     let (mut chunks, mut ends) = ([f64::INFINITY; 2], [f64::INFINITY; 2]);
     let mut written = 0.0;
@@ -72,13 +67,7 @@ pub fn measure(
 }
 
 /// Writes a job of the first frames, replacing the last one.
-fn write_job(
-    case: &Case,
-    afterlight: Program,
-    project: &Path,
-    folder: &Path,
-    frames: usize,
-) -> Result<()> {
+fn write_job(case: &Case, afterlight: Program, project: &Path, folder: &Path, frames: usize) -> Result<()> {
     let [job, made] = ["job", "made"].map(|name| folder.join(name));
     for old in [&job, &made] {
         match std::fs::remove_dir_all(old) {

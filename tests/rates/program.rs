@@ -33,8 +33,8 @@ fn main() -> ExitCode {
 /// Measures all cases in turn, and writes the page.
 fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
     // A missing tool or mark is reported before the measuring starts.
-    let text = std::fs::read_to_string(page)
-        .map_err(|e| Error::io("read", page, e, "Start in the repository's root"))?;
+    let text =
+        std::fs::read_to_string(page).map_err(|e| Error::io("read", page, e, "Start in the repository's root"))?;
     with_tables(&text, "")?;
     let mut rates: Vec<Rate> = Vec::new();
     for case in &CASES {
@@ -51,12 +51,7 @@ fn write(program: &Path, folder: &Path, page: &Path) -> Result<()> {
 
 /// The page with these tables between its marks.
 fn with_tables(page: &str, tables: &str) -> Result<String> {
-    let missing = || {
-        Error::invalid(
-            format!("the lines {BEGIN} and {END} are missing"),
-            "Restore them in the page",
-        )
-    };
+    let missing = || Error::invalid(format!("the lines {BEGIN} and {END} are missing"), "Restore them in the page");
     let (before, rest) = page.split_once(BEGIN).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
     Ok(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))

@@ -151,9 +151,7 @@ impl Farm {
             for worker in &mut workers {
                 let frame_seconds = frame(worker);
                 worker.away = (worker.away - step).max(0.0);
-                let Some(task) = &mut worker.task else {
-                    continue;
-                };
+                let Some(task) = &mut worker.task else { continue };
                 if frame_seconds > worker.frame_seconds && task.start <= 0.0 {
                     run.held_back += step;
                 }

@@ -10,10 +10,8 @@ const FRAMES: f64 = 20.0 * 3600.0 * 60.0;
 /// Assumed price of an hour of a thread, in dollars.
 const THREAD_HOUR: f64 = 0.04;
 /// A shared disk of 10 Gbit/s and a parallel file system of ten times that, in bytes per second.
-const DISKS: [(&str, f64); 2] = [
-    ("a shared disk of 10 Gbit/s (1.25 GB/s)", 1.25e9),
-    ("a parallel file system of 100 Gbit/s", 12.5e9),
-];
+const DISKS: [(&str, f64); 2] =
+    [("a shared disk of 10 Gbit/s (1.25 GB/s)", 1.25e9), ("a parallel file system of 100 Gbit/s", 12.5e9)];
 const WORKERS: [usize; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const CHUNK_MINUTES: f64 = 10.0;
 
@@ -21,12 +19,8 @@ const CHUNK_MINUTES: f64 = 10.0;
 pub fn tables(rates: &[Rate], machine: &Machine) -> String {
     let mut text = format!("Measured on {}:\n\n", machine.words());
     measured(&mut text, rates);
-    let _ = writeln!(
-        text,
-        "\nTwenty hours, {} frames, on machines of {} threads:\n",
-        thousands(FRAMES),
-        machine.threads
-    );
+    let _ =
+        writeln!(text, "\nTwenty hours, {} frames, on machines of {} threads:\n", thousands(FRAMES), machine.threads);
     costs(&mut text, rates, machine.threads as f64);
     if let Some(rate) = rates.first() {
         scaling(&mut text, rate);
@@ -169,11 +163,7 @@ mod tests {
         let line = "| one | 600 | 1,400 | 43.2 | 34.6 | 100 | $56 |";
         assert!(text.contains(line), "{text}");
         assert!(text.contains("| another | 750 | 1.50 | "), "{text}");
-        assert!(
-            text.contains("carries 125 frames a second: 62 such machines")
-                || text.contains("63 such"),
-            "{text}"
-        );
+        assert!(text.contains("carries 125 frames a second: 62 such machines") || text.contains("63 such"), "{text}");
         assert!(text.contains("\n| 1,000 | "), "{text}");
         assert_eq!(thousands(1_234_567.0), "1,234,567");
     }

@@ -61,12 +61,8 @@ impl TestShoot {
     }
 
     fn render(&self) -> Files {
-        let settings = StageSettings {
-            frames: self.frames,
-            size: self.size,
-            lamps: self.lamps,
-            ..StageSettings::default()
-        };
+        let settings =
+            StageSettings { frames: self.frames, size: self.size, lamps: self.lamps, ..StageSettings::default() };
         let folder = tempfile::tempdir().unwrap();
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
         let relative = |path: &Path| path.strip_prefix(folder.path()).unwrap().to_owned();
@@ -99,8 +95,7 @@ pub fn write_layers(path: &Path, light: &Image) {
         AnyChannel::new(&*name, FlatSamples::F32(values))
     };
     let layers = [("albedo", 0.5), ("comp", 1.0)].into_iter();
-    let channels =
-        layers.flat_map(|(layer, factor)| (0..3).map(move |c| channel(layer, c, factor)));
+    let channels = layers.flat_map(|(layer, factor)| (0..3).map(move |c| channel(layer, c, factor)));
     let channels = AnyChannels::sort(channels.collect());
     exr::prelude::Image::from_channels(light.size(), channels).write().to_file(path).unwrap();
 }

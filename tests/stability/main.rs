@@ -24,10 +24,5 @@ fn gpu() -> Option<(ComputeDevice, MutexGuard<'static, ()>)> {
 /// A field of `lamps` lamps with patternless values in [0, 1).
 fn noise((width, height): (usize, usize), lamps: usize) -> ReflectanceField {
     let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
-    ReflectanceField {
-        width,
-        height,
-        lamps,
-        values: (0..lamps * 3 * width * height).map(value).collect(),
-    }
+    ReflectanceField { width, height, lamps, values: (0..lamps * 3 * width * height).map(value).collect() }
 }

@@ -9,9 +9,7 @@ use afterlight::light::{Environment, LightWeights};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::kernels::has_bf16;
 use afterlight::reflectance::render::RATIO_FLOOR;
-use afterlight::reflectance::{
-    Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig,
-};
+use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig};
 use afterlight::scene::{Output, Scene};
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
@@ -21,11 +19,7 @@ const SIZE: usize = 16;
 const LAMPS: usize = 6;
 const SCALE: f32 = 3.0;
 
-fn config(
-    normalization: Normalization,
-    statistics: Statistics,
-    precision: Precision,
-) -> UNetConfig {
+fn config(normalization: Normalization, statistics: Statistics, precision: Precision) -> UNetConfig {
     UNetConfig {
         size: SIZE,
         lamps: LAMPS,
@@ -78,9 +72,7 @@ fn frames() -> Vec<Frame> {
         Mask::filled(SIZE, SIZE, 0.0),
     ];
     let pairs = plates.iter().flat_map(|plate| masks.iter().map(move |mask| (plate, mask)));
-    pairs
-        .map(|(plate, mask)| Frame { index: 0, plate: plate.clone(), mask: mask.clone() })
-        .collect()
+    pairs.map(|(plate, mask)| Frame { index: 0, plate: plate.clone(), mask: mask.clone() }).collect()
 }
 
 /// Predicts and lights all frames; counts pixels outside the range of a network output from 0 to 1.
@@ -93,11 +85,7 @@ fn wrong_pixels(predictor: &Predictor, compute: &ComputeDevice, storage: Storage
         let pixels = lit.pixels.iter().zip(&frame.plate.pixels).zip(&frame.mask.pixels);
         for ((pixel, plate), alpha) in pixels {
             let light = |c: usize| {
-                let most = if *alpha > 0.0 {
-                    LAMPS as f32 * SCALE * (plate[c] + RATIO_FLOOR)
-                } else {
-                    0.0
-                };
+                let most = if *alpha > 0.0 { LAMPS as f32 * SCALE * (plate[c] + RATIO_FLOOR) } else { 0.0 };
                 // Sum of all lamps, at most over components, each rounded.
                 (-1e-2 * most..=1.01 * most).contains(&pixel[c])
             };
@@ -136,11 +124,7 @@ const CHANGES: [(f32, f32); 4] = [(0.0, 0.0), (1e3, 0.0), (0.0, 1e3), (0.0, -1e3
 /// Running variances change too, and none is below 0.
 const UNNORMALIZED: [(f32, f32); 3] = [(0.0, 0.0), (10.0, 0.0), (0.0, 1.0)];
 
-fn collapsed_and_saturated(
-    compute: &ComputeDevice,
-    kinds: &[(Normalization, Statistics)],
-    storages: &[Storage],
-) {
+fn collapsed_and_saturated(compute: &ComputeDevice, kinds: &[(Normalization, Statistics)], storages: &[Storage]) {
     let cpu = Device::flex();
     for precision in [Precision::Full, Precision::Mixed] {
         for &(normalization, statistics) in kinds {
@@ -189,9 +173,7 @@ fn collapsed_and_saturated_networks_predict_light() {
 
 #[test]
 fn collapsed_and_saturated_networks_predict_light_on_a_gpu() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     // One normalisation: compiling a network's kernels takes long on a software GPU.
     collapsed_and_saturated(&compute, &KINDS[..1], &[Storage::F16]);
     shown!(Network, "The same networks on a GPU, in f32 and, if supported, f16", bound: BOUND, measured: "no pixel outside");

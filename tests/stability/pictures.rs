@@ -62,10 +62,7 @@ impl Set {
         let field = noise(size, LAMPS);
         let device = &compute.gpu.as_ref().unwrap().device;
         Self {
-            there: Field::Gpu(
-                FieldBuffer::upload(&field, device),
-                compute.passes().unwrap().clone(),
-            ),
+            there: Field::Gpu(FieldBuffer::upload(&field, device), compute.passes().unwrap().clone()),
             here: field.into(),
             weights: LightWeights {
                 per_lamp: vec![[weight, 0.5 * weight, 0.3 * weight], [0.0; 3], [0.25; 3]],
@@ -78,10 +75,7 @@ impl Set {
     fn both(&self, scene: &Scene, mask: &Mask, environment: &Environment) -> [Picture; 2] {
         [&self.here, &self.there].map(|field| {
             let ingredients = Ingredients {
-                extra: Extra {
-                    grain: Some(&Grain { deviation: [[0.03; 3]; 8] }),
-                    ..Extra::default()
-                },
+                extra: Extra { grain: Some(&Grain { deviation: [[0.03; 3]; 8] }), ..Extra::default() },
                 ..Ingredients::new(field, mask, &self.weights, environment)
             };
             compose(scene, &ingredients).unwrap()
@@ -113,9 +107,7 @@ fn codes_apart([here, there]: &[Picture; 2], what: &str) -> f32 {
 
 #[test]
 fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let environment = window();
     let (mut most, mut codes) = (0.0f32, 0.0f32);
     for size in SIZES {
@@ -133,8 +125,7 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
                 most = most.max(light);
                 codes = codes.max(code);
                 let empty = name == "empty" && background == Background::None;
-                let black =
-                    |p: &Picture| p.linear.as_ref().unwrap().pixels.iter().all(|p| *p == [0.0; 3]);
+                let black = |p: &Picture| p.linear.as_ref().unwrap().pixels.iter().all(|p| *p == [0.0; 3]);
                 assert!(!empty || linear.iter().all(black), "{what}");
             }
         }
@@ -146,9 +137,7 @@ fn pictures_of_odd_sizes_and_mattes_are_alike_in_memory_and_on_a_gpu() {
 
 #[test]
 fn extreme_light_makes_finite_pictures_in_memory_and_on_a_gpu() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let size = (23, 19);
     let sun = |value: f32| {
         let mut radiance = Image::filled(64, 32, [0.1; 3]);
@@ -172,8 +161,7 @@ fn extreme_light_makes_finite_pictures_in_memory_and_on_a_gpu() {
                 let linear = set.both(&scene(Output::Linear), mask, environment);
                 let light = apart(&linear, &what);
                 codes_apart(&set.both(&scene(Output::Display), mask, environment), &what);
-                let moderate =
-                    weight <= 1e6 && *environment.radiance.pixels[0].first().unwrap() < 1e7;
+                let moderate = weight <= 1e6 && *environment.radiance.pixels[0].first().unwrap() < 1e7;
                 if moderate {
                     most = most.max(light);
                 }

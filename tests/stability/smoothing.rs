@@ -41,11 +41,7 @@ fn a_hundred_thousand_frames_of_smoothing_do_not_drift() {
         let mut worst = 0.0f64;
         for (frame, gain) in gains.iter().enumerate() {
             let x = f64::from(level(frame)).ln();
-            shown = if frame == 0 {
-                x
-            } else {
-                (1.0 - f64::from(share)) * x + f64::from(share) * shown
-            };
+            shown = if frame == 0 { x } else { (1.0 - f64::from(share)) * x + f64::from(share) * shown };
             worst = worst.max((f64::from(*gain) / (shown - x).exp() - 1.0).abs());
         }
         // A median of ratios, the division by it and the power are each rounded to 2⁻²³ at most. A share of a frame's
@@ -72,11 +68,7 @@ fn noise_and_fading_light_do_not_run_away_with_the_gain() {
             assert!(gain.is_finite() && (0.79..=1.26).contains(gain), "{share}: {gain}");
         }
         let fading = fading.iter().map(|g| (g - 1.0).abs()).fold(0.0, f32::max);
-        measured.push(format!(
-            "at {share}: noise {:.2} %, fading {:.1} %",
-            100.0 * off,
-            100.0 * fading
-        ));
+        measured.push(format!("at {share}: noise {:.2} %, fading {:.1} %", 100.0 * off, 100.0 * fading));
     }
     shown!(Pictures, "Smoothing over 10⁵ frames of 2 % noise, and of light that fades by a thousandth a frame",
         bound: "gains within a factor of 1.25 either way", measured: measured.join("; "));

@@ -7,8 +7,7 @@ use afterlight::imaging::Image;
 use afterlight::reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
 use test_support::shown;
 
-const NAMES: [&str; 6] =
-    ["f32", "f16", "components", "f32 on the GPU", "f16 on the GPU", "components on the GPU"];
+const NAMES: [&str; 6] = ["f32", "f16", "components", "f32 on the GPU", "f16 on the GPU", "components on the GPU"];
 
 /// A field in every storage format; the last three are on the GPU.
 fn formats(field: &ReflectanceField, compute: &afterlight::gpu::ComputeDevice) -> [Field; 6] {
@@ -36,19 +35,11 @@ fn exact(field: &ReflectanceField, weights: &[[f32; 3]], pixel: usize, c: usize)
     let values = (0..field.lamps).flat_map(|l| [0, 1, 2].map(|c| field.plane(l, c)[pixel]));
     let values: f64 = values.map(|v| f64::from(v).powi(2)).sum();
     let norm: f64 = terms().map(|(_, w)| w * w).sum();
-    [
-        terms().map(|(v, w)| v * w).sum(),
-        terms().map(|(v, w)| (v * w).abs()).sum(),
-        (norm * values).sqrt(),
-    ]
+    [terms().map(|(v, w)| v * w).sum(), terms().map(|(v, w)| (v * w).abs()).sum(), (norm * values).sqrt()]
 }
 
 /// Distance of each format from the sum in f64, as a share of its rounding bound.
-fn in_bounds(
-    field: &ReflectanceField,
-    weights: &[[f32; 3]],
-    compute: &afterlight::gpu::ComputeDevice,
-) -> [f64; 6] {
+fn in_bounds(field: &ReflectanceField, weights: &[[f32; 3]], compute: &afterlight::gpu::ComputeDevice) -> [f64; 6] {
     let unit = 0.5 * f64::from(f32::EPSILON);
     let lamps = field.lamps as f64;
     let largest = field.values.iter().fold(0f32, |m, v| m.max(v.abs()));
@@ -75,12 +66,7 @@ fn in_bounds(
                         _ => 4.0 * 3.0 * lamps * unit * norms,
                     };
                 let error = (f64::from(pixel[c]) - sum).abs();
-                assert!(
-                    error <= bound,
-                    "{}: {} is not {sum}, bound {bound:e}",
-                    NAMES[kind],
-                    pixel[c]
-                );
+                assert!(error <= bound, "{}: {} is not {sum}, bound {bound:e}", NAMES[kind], pixel[c]);
                 *used = used.max(error / bound);
             }
         }
@@ -103,9 +89,7 @@ fn most(a: [f64; 6], b: [f64; 6]) -> [f64; 6] {
 
 #[test]
 fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let mut used = [0.0; 6];
     for (size, lamps) in [
         ((1, 1), 1),
@@ -117,8 +101,7 @@ fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
         ((64, 1), 2),
         ((65, 63), 7),
     ] {
-        let mut weights: Vec<[f32; 3]> =
-            (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
+        let mut weights: Vec<[f32; 3]> = (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
         weights[lamps / 2] = [1e6, 2e6, 0.5];
         let field = noise(size, lamps);
         used = most(used, in_bounds(&field, &weights, &compute));
@@ -130,9 +113,7 @@ fn pictures_of_any_size_and_any_number_of_lamps_are_summed_alike_everywhere() {
 
 #[test]
 fn values_at_the_ends_of_f16_and_f32_are_summed_without_overflow() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     let mut used = [0.0; 6];
     let plain = noise((9, 7), 5);
     let ends = [
@@ -160,9 +141,7 @@ fn values_at_the_ends_of_f16_and_f32_are_summed_without_overflow() {
 
 #[test]
 fn light_is_added_in_any_storage_format() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     use proptest::prelude::*;
     use std::cell::Cell;
     let field = noise((11, 5), 6);
@@ -194,16 +173,13 @@ fn light_is_added_in_any_storage_format() {
 
 #[test]
 fn a_field_that_is_nan_infinite_or_black_stays_in_its_pixels() {
-    let Some((compute, _turn)) = gpu() else {
-        return;
-    };
+    let Some((compute, _turn)) = gpu() else { return };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut field = noise((9, 7), 4);
         field.values[40] = bad;
         for (format, name) in formats(&field, &compute).iter().zip(NAMES) {
             let relit = format.relight(&[[0.5; 3]; 4]).unwrap();
-            let at: Vec<usize> =
-                (0..63).filter(|&i| relit.pixels[i].iter().any(|v| !v.is_finite())).collect();
+            let at: Vec<usize> = (0..63).filter(|&i| relit.pixels[i].iter().any(|v| !v.is_finite())).collect();
             assert_eq!(at, [40], "{bad}, {name}");
         }
     }

@@ -49,9 +49,8 @@ fn paint(project: &Project, codes: Codes) {
     let frames = (0..shoot.frames.len()).map(|frame| project.frame_picture(frame));
     for (number, path) in olats.chain(frames).enumerate() {
         // A ball of 16 pixels would be too small, so pictures are twice the working size.
-        let picture = Image::from_fn(2 * SIZE, 2 * SIZE, |x, y| {
-            [0, 1, 2].map(|c| codes(number, 3 * (y / 2 * SIZE + x / 2) + c))
-        });
+        let picture =
+            Image::from_fn(2 * SIZE, 2 * SIZE, |x, y| [0, 1, 2].map(|c| codes(number, 3 * (y / 2 * SIZE + x / 2) + c)));
         file::write_png(path.file(), &Encoded(picture)).unwrap();
     }
 }
@@ -95,8 +94,7 @@ fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began()
         {
             let (device, silent) = (Device::flex(), Progress::silent());
             let settings = settings(normalization, precision);
-            let mut trainer =
-                Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+            let mut trainer = Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
             let rounds = trainer.info().network.multiplies_bf16();
             assert_eq!(rounds, precision == Precision::Mixed && has_bf16());
             let [first, last] = losses(&mut trainer);

@@ -1,9 +1,6 @@
 //! Lights placed by the face, and lights that light the subject alone.
 
-use super::{
-    Window, drag, lights, live::until_idle, picture, plain_drag, undo, until, until_said,
-    until_shown,
-};
+use super::{Window, drag, lights, live::until_idle, picture, plain_drag, undo, until, until_said, until_shown};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -198,9 +195,7 @@ fn a_press_where_a_light_falls_takes_that_light() {
     until_said(&mut window, "Light 1 falls here");
     let forehead = place(&window, 26.0, 18.0);
     plain_drag(&mut window, near, forehead);
-    until(&mut window, "the light at the forehead", |app| {
-        app.state().look.lighting.placed[0].direction().y > 0.4
-    });
+    until(&mut window, "the light at the forehead", |app| app.state().look.lighting.placed[0].direction().y > 0.4);
     until_shown(&mut window);
     assert_eq!(lights(&window).len(), 1);
     undo(&mut window);

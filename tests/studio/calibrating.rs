@@ -1,8 +1,6 @@
 //! Calibration workspaces, driven with the mouse only and with keys only.
 
-use super::{
-    SHOOT, Window, lines_with, plain_drag, scroll_to, snapshot, snapshot_without, until, window,
-};
+use super::{SHOOT, Window, lines_with, plain_drag, scroll_to, snapshot, snapshot_without, until, window};
 use afterlight::calibration::Calibration;
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::Response;
@@ -43,8 +41,7 @@ fn until_studied(window: &mut Window) {
         let study = app.analysis().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| {
             let state = app.state();
-            (state.look.circle.unwrap_or(s.kept), state.shoot.photograph)
-                == (s.circle, s.photograph)
+            (state.look.circle.unwrap_or(s.kept), state.shoot.photograph) == (s.circle, s.photograph)
         })
     });
     window.run_steps(2);
@@ -56,8 +53,7 @@ fn until_tried(window: &mut Window) {
     until(window, "relit exemplar", |app| {
         let view = app.analysis().gamma.as_ref().and_then(|v| v.as_ref().ok());
         view.is_some_and(|v| {
-            app.state().look.trial.unwrap_or(v.calibrated) == v.trial
-                && app.state().shoot.pose == v.pose
+            app.state().look.trial.unwrap_or(v.calibrated) == v.trial && app.state().shoot.pose == v.pose
         })
     });
     window.run_steps(2);
@@ -65,9 +61,7 @@ fn until_tried(window: &mut Window) {
 
 fn until_calibrated(window: &mut Window) {
     window.run_steps(2);
-    until(window, "end of the calibration", |app| {
-        app.status().job.is_none() && app.status().message.is_some()
-    });
+    until(window, "end of the calibration", |app| app.status().job.is_none() && app.status().message.is_some());
 }
 
 #[test]
@@ -84,8 +78,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
     let place = window.get_by_label("Mirror ball").rect();
     let scale = (place.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
     let offset = vec2(kept.radius_px as f32, 0.0) * scale;
-    let center = place.center()
-        + vec2(kept.center_px[0] as f32 - 32.0, kept.center_px[1] as f32 - 32.0) * scale;
+    let center = place.center() + vec2(kept.center_px[0] as f32 - 32.0, kept.center_px[1] as f32 - 32.0) * scale;
     let out = vec2(4.0 * scale, 0.0);
     plain_drag(&mut window, center + offset, center + offset + out);
     until_studied(&mut window);
@@ -177,10 +170,8 @@ fn a_response_is_tried_wiped_and_kept() {
     window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowUp);
     until_tried(&mut window);
     let tried = view(&window);
-    let gamma1 = tried.trial.response.exponents().unwrap()[0]
-        - first.calibrated.response.exponents().unwrap()[0];
-    let gamma2 = tried.trial.response.exponents().unwrap()[1]
-        - first.calibrated.response.exponents().unwrap()[1];
+    let gamma1 = tried.trial.response.exponents().unwrap()[0] - first.calibrated.response.exponents().unwrap()[0];
+    let gamma2 = tried.trial.response.exponents().unwrap()[1] - first.calibrated.response.exponents().unwrap()[1];
     assert!((gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4, "{gamma1}, {gamma2}");
 
     // A drag to a point of the surface far from the optimum: the picture changes, and fits worse.
@@ -191,10 +182,7 @@ fn a_response_is_tried_wiped_and_kept() {
     let worse = view(&window);
     assert!(worse.trial.response.exponents().unwrap()[0] > 3.0, "{:?}", worse.trial);
     assert_ne!(worse.relit, first.relit);
-    assert!(
-        worse.subject_distance.hypot(worse.ball_distance)
-            > first.subject_distance.hypot(first.ball_distance)
-    );
+    assert!(worse.subject_distance.hypot(worse.ball_distance) > first.subject_distance.hypot(first.ball_distance));
 
     let picture = window.get_by_label("Interview and relit pose").rect();
     plain_drag(&mut window, picture.center(), Pos2::new(0.0, picture.center().y));

@@ -97,10 +97,7 @@ fn exchanged_olats_are_put_right_by_a_click() {
     let folder = crate::temporary();
     let (mut project, _) = SHOOT.calibrate(folder.path(), "project");
     let lamps: Vec<String> = project.settings.shoot.all_lamps().cloned().collect();
-    let exchange = LampSettings {
-        exchange: vec![[lamps[1].clone(), lamps[6].clone()]],
-        ..LampSettings::default()
-    };
+    let exchange = LampSettings { exchange: vec![[lamps[1].clone(), lamps[6].clone()]], ..LampSettings::default() };
     // As if the files had been exchanged before the shoot was calibrated.
     let calibration = Calibration::load(&project).unwrap();
     exchange.run(&mut project).unwrap();

@@ -60,8 +60,7 @@ pub fn environments(folder: &Path) -> Vec<NamedEnvironment> {
         let light = half(x as f32 / 64.0, 0.25);
         [light, 0.9 * light, 0.7 * light]
     });
-    let sky: Image =
-        Raster::from_fn(64, 32, |_, y| if y < 16 { [0.5, 0.8, 1.6] } else { [0.25, 0.2, 0.15] });
+    let sky: Image = Raster::from_fn(64, 32, |_, y| if y < 16 { [0.5, 0.8, 1.6] } else { [0.25, 0.2, 0.15] });
     [("window", window), ("sky", sky)]
         .map(|(name, picture)| {
             let file = PathBuf::from(format!("{name}.exr"));
@@ -99,9 +98,7 @@ pub fn source() -> Result<Source, Blocked> {
         comparison: Box::new(move |rival, index| {
             let (mut frame, mut field) = predicted(&other, FRAMES - 1);
             frame.index = index;
-            if let (ComparisonSource::Checkpoint(folder), Field::Memory(field)) =
-                (rival, &mut field)
-            {
+            if let (ComparisonSource::Checkpoint(folder), Field::Memory(field)) = (rival, &mut field) {
                 let name = folder.file_name().unwrap().to_string_lossy();
                 let number: f32 = name[..4].parse().unwrap();
                 field.values.iter_mut().for_each(|v| *v *= 0.25 * number);

@@ -39,9 +39,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
     window.key_press(Key::W);
     until_shown(&mut window);
     assert!(!window.state().state().compare.on);
-    until(&mut window, "picture alone", |app| {
-        app.relit().is_some_and(|relit| relit.second.is_none())
-    });
+    until(&mut window, "picture alone", |app| app.relit().is_some_and(|relit| relit.second.is_none()));
 }
 
 #[test]
@@ -100,10 +98,9 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
         app.relit().is_some_and(|relit| relit.first.is_some() && relit.second.is_some())
     });
     let compare = window.state().state().compare.clone();
-    for (with, name) in [
-        (compare.first.as_ref().unwrap(), "0002-step-0000200"),
-        (&compare.reference, "0001-step-0000100"),
-    ] {
+    for (with, name) in
+        [(compare.first.as_ref().unwrap(), "0002-step-0000200"), (&compare.reference, "0001-step-0000100")]
+    {
         let Reference::Checkpoint(folder) = with else {
             panic!("{with:?}");
         };
@@ -112,8 +109,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     let relit = window.state().relit().unwrap().clone();
     assert!(relit.rgb == shown.rgb, "the relit picture stays");
     let brightness = |rgb: &[u8]| rgb.iter().map(|&v| u64::from(v)).sum::<u64>();
-    let [first, second] =
-        [&relit.first, &relit.second].map(|side| brightness(&side.as_ref().unwrap().1.rgb));
+    let [first, second] = [&relit.first, &relit.second].map(|side| brightness(&side.as_ref().unwrap().1.rgb));
     assert!(first > second, "{first} {second}");
     window.get_by_label("First: step 200");
     window.get_by_label("Against step 100");
@@ -133,9 +129,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
         first == Some(&Comparison::Plate) && relit.second.is_some()
     });
     choose(&mut window, &["First: interview frame", "Relit picture"]);
-    until(&mut window, "the relit picture", |app| {
-        app.relit().is_some_and(|relit| relit.first.is_none())
-    });
+    until(&mut window, "the relit picture", |app| app.relit().is_some_and(|relit| relit.first.is_none()));
 }
 
 #[test]
@@ -312,9 +306,7 @@ fn the_pixel_under_the_cursor_is_read_in_both_pictures_whatever_is_shown_of_it()
     let (_, plate) = shown.second.as_ref().unwrap();
     let at = 3 * (y * plate.width + x);
     let [r2, g2, b2] = [plate.rgb[at], plate.rgb[at + 1], plate.rgb[at + 2]];
-    for text in
-        [format!("A relit  {r:3} {g:3} {b:3}"), format!("B interview frame  {r2:3} {g2:3} {b2:3}")]
-    {
+    for text in [format!("A relit  {r:3} {g:3} {b:3}"), format!("B interview frame  {r2:3} {g2:3} {b2:3}")] {
         assert!(both.contains(&text), "{both} lacks {text}");
     }
 
@@ -346,8 +338,7 @@ fn a_difference_is_drawn_by_the_chosen_gain() {
     window.key_press(Key::W);
     until_compared(&mut window);
     let role = egui::accesskit::Role::ComboBox;
-    let has_gain =
-        |window: &super::Window| window.query_by_role_and_label(role, "Difference gain").is_some();
+    let has_gain = |window: &super::Window| window.query_by_role_and_label(role, "Difference gain").is_some();
     assert!(!has_gain(&window), "no difference is shown");
     compare_by(&mut window, "Difference");
     assert!(has_gain(&window));
@@ -380,10 +371,7 @@ fn the_two_pictures_are_switched_while_the_clip_plays() {
         window.key_press(Key::Q);
         until(&mut window, "the other picture", move |app| {
             let (state, relit) = (app.state(), app.relit().unwrap());
-            state.playback.playing
-                && state.compare.second == second
-                && state.frame != frame
-                && relit.second.is_some()
+            state.playback.playing && state.compare.second == second && state.frame != frame && relit.second.is_some()
         });
     }
     assert_eq!(window.state().state().compare.mode, CompareMode::Toggle);
@@ -407,9 +395,8 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     assert!((5..60).contains(&columns) && (5..60).contains(&rows));
 
     let relit = window.state().relit().unwrap().clone();
-    let pixels = (region.top..region.bottom)
-        .flat_map(|y| (region.left..region.right).map(move |x| [x, y]))
-        .map(|[x, y]| {
+    let pixels =
+        (region.top..region.bottom).flat_map(|y| (region.left..region.right).map(move |x| [x, y])).map(|[x, y]| {
             let codes = relit.codes([x, y]).unwrap();
             (codes, relit.linear.as_ref().unwrap().at(x, y))
         });
@@ -417,9 +404,7 @@ fn the_mean_of_a_region_is_that_of_its_pixels_until_it_is_left() {
     type Read = ([u8; 3], [f32; 3]);
     let pixels: Vec<Read> = pixels.collect();
     assert_eq!(pixels.len(), columns * rows);
-    let mean = |of: &dyn Fn(&Read) -> f64| {
-        (pixels.iter().map(of).sum::<f64>() / pixels.len() as f64) as f32
-    };
+    let mean = |of: &dyn Fn(&Read) -> f64| (pixels.iter().map(of).sum::<f64>() / pixels.len() as f64) as f32;
     let codes = [0, 1, 2].map(|c| format!("{:5.1}", mean(&|(codes, _)| f64::from(codes[c]))));
     let light = [0, 1, 2].map(|c| format!("{:.4}", mean(&|(_, light)| f64::from(light[c]))));
     let (codes, light) = (codes.join(" "), light.join(" "));

@@ -2,8 +2,7 @@
 //! process without a desktop, so that no dialog appears on screen.
 
 use super::{
-    Window, alone, clay_window, click_on, drop_onto, machine, project, retype, temporary, until,
-    until_labelled,
+    Window, alone, clay_window, click_on, drop_onto, machine, project, retype, temporary, until, until_labelled,
 };
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::Background;
@@ -110,9 +109,8 @@ fn a_still_stands_behind_the_subject() {
         panic!("a file stands behind");
     };
     assert_eq!((&placed.file, placed.scale), (&still, 1.0));
-    let near = |codes: &[u8], wanted: [u8; 3]| {
-        codes.iter().zip(wanted).all(|(code, wanted)| code.abs_diff(wanted) <= 1)
-    };
+    let near =
+        |codes: &[u8], wanted: [u8; 3]| codes.iter().zip(wanted).all(|(code, wanted)| code.abs_diff(wanted) <= 1);
     assert!(near(&corner(&window), [40, 90, 200]), "{:?}", corner(&window));
     // Its own exposure changes the still alone.
     let exposure = (Role::SpinButton, "File exposure");
@@ -158,18 +156,12 @@ fn a_typed_path_stays_when_the_system_closes_its_dialog() {
     let test = "dialogs::a_typed_path_stays_when_the_system_closes_its_dialog";
     // A stand-in for a dialog: it stays open until the file `close` exists, then ends as if closed by hand.
     let folder = std::env::temp_dir().join(format!("afterlight-zenity-{}", std::process::id()));
-    let variables = [
-        ("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"),
-        ("PATH", folder.to_str().unwrap()),
-    ];
+    let variables = [("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent"), ("PATH", folder.to_str().unwrap())];
     if std::env::var_os("PATH").is_some_and(|path| !path.to_string_lossy().contains("zenity-")) {
         std::fs::create_dir_all(&folder).unwrap();
         let program = folder.join("zenity");
         let close = folder.join("close");
-        let script = format!(
-            "#!/bin/sh\nwhile [ ! -e '{}' ]; do /bin/sleep 0.05; done\nexit 1\n",
-            close.display()
-        );
+        let script = format!("#!/bin/sh\nwhile [ ! -e '{}' ]; do /bin/sleep 0.05; done\nexit 1\n", close.display());
         std::fs::write(&program, script).unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
     }

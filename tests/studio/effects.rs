@@ -2,8 +2,8 @@
 
 use super::live::open;
 use super::{
-    MIDDLE, Window, clay, drop_onto, picture, plain_drag, snapshot, snapshot_without, told_job,
-    until, until_shown, window,
+    MIDDLE, Window, clay, drop_onto, picture, plain_drag, snapshot, snapshot_without, told_job, until, until_shown,
+    window,
 };
 use afterlight::compositor::Pass;
 use afterlight::studio::{Pane, Phase, StudioApp};
@@ -190,16 +190,11 @@ fn effects_and_log_look_as_they_did() {
 fn without_a_picture_the_panels_beside_it_say_so() {
     let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
-    let source = || {
-        Err(Blocked {
-            sentence: "The network cannot be read: checkpoint.toml is damaged".to_owned(),
-            need: None,
-        })
-    };
+    let source =
+        || Err(Blocked { sentence: "The network cannot be read: checkpoint.toml is damaged".to_owned(), need: None });
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
     until(&mut window, "reason", |app| {
-        matches!(app.status().phase, Phase::Blocked(_))
-            && app.environments().iter().all(|e| e.panorama.is_done())
+        matches!(app.status().phase, Phase::Blocked(_)) && app.environments().iter().all(|e| e.panorama.is_done())
     });
     open(&mut window, Pane::Effects);
     window.run_steps(2);

@@ -16,9 +16,7 @@ const QUESTION: &str = "Which way is front in this file?";
 fn open(folder: &Path) -> Window {
     let project = Project::open(folder).unwrap();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
-    until(&mut window, "panoramas", |app| {
-        app.environments().iter().all(|e| !e.panorama.is_waiting())
-    });
+    until(&mut window, "panoramas", |app| app.environments().iter().all(|e| !e.panorama.is_waiting()));
     until(&mut window, "the first picture", |app| app.relit().is_some());
     window
 }
@@ -308,9 +306,7 @@ fn where_the_system_has_no_dialogs_a_path_is_typed_completed_or_dropped() {
     window.event(egui::Event::Text(park.display().to_string()));
     window.run_steps(2);
     window.key_press(Key::Enter);
-    until(&mut window, "panorama of the folder", |app| {
-        app.relit().is_some_and(|relit| relit.environment == "lawn")
-    });
+    until(&mut window, "panorama of the folder", |app| app.relit().is_some_and(|relit| relit.environment == "lawn"));
 
     window.get_by_label("Add…").click();
     window.run_steps(2);
@@ -500,14 +496,11 @@ fn a_watched_folder_is_listed_in_every_project_and_used_files_are_the_project_s(
     assert_eq!(count(window.state()), own + 42);
     super::scroll_to(&mut window, "yard");
     window.run_steps(3);
-    until(&mut window, "the rows in sight", |app| {
-        app.environments().iter().all(|one| !one.panorama.is_waiting())
-    });
+    until(&mut window, "the rows in sight", |app| app.environments().iter().all(|one| !one.panorama.is_waiting()));
     let read = |app: &StudioApp| app.environments().iter().filter(|e| e.panorama.is_done()).count();
     assert!(read(window.state()) < own + 42, "files out of sight are not read");
-    let thumbnail = |app: &StudioApp| {
-        app.environments().iter().any(|e| e.listed.name == "yard" && e.panorama.is_done())
-    };
+    let thumbnail =
+        |app: &StudioApp| app.environments().iter().any(|e| e.listed.name == "yard" && e.panorama.is_done());
     assert!(thumbnail(window.state()), "a file in sight has its thumbnail before its use");
 
     // Use adds the file to the project, and its row stays where it is.

@@ -1,8 +1,8 @@
 //! Exports with the mouse only and with keys only, with a network trained for seconds.
 
 use super::{
-    Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, type_into, until,
-    until_drawn, until_labelled, until_said, until_shown, window,
+    Window, click_on, go, plain_drag, retype, scroll_to, snapshot, told_job, type_into, until, until_drawn,
+    until_labelled, until_said, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::color_config::ColorChoice;
@@ -28,13 +28,7 @@ use test_shoot::TestShoot;
 
 /// A network with a few seconds of training.
 pub fn smallest_config() -> TrainingConfig {
-    TrainingConfig {
-        width: 8,
-        most_channels: 16,
-        epochs: 1,
-        minutes: None,
-        ..Preset::Quick.config()
-    }
+    TrainingConfig { width: 8, most_channels: 16, epochs: 1, minutes: None, ..Preset::Quick.config() }
 }
 
 /// A project of four frames with such a network. It is made once; each test gets a copy.
@@ -93,12 +87,9 @@ pub fn until_exported(window: &mut Window, count: usize) {
 
 /// File names with this prefix, without their folder.
 fn files(root: &Path, begin: &str) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(root.join("exports")) else {
-        return Vec::new();
-    };
+    let Ok(entries) = std::fs::read_dir(root.join("exports")) else { return Vec::new() };
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<String> =
-        names.filter(|name| name.trim_start_matches('.').starts_with(begin)).collect();
+    let mut names: Vec<String> = names.filter(|name| name.trim_start_matches('.').starts_with(begin)).collect();
     names.sort();
     names
 }
@@ -142,8 +133,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     let button = window.get_by_label("Add to queue").rect();
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
-    let ExportStatus::Done(WrittenExport { folder, .. }) = &window.state().exports()[0].status
-    else {
+    let ExportStatus::Done(WrittenExport { folder, .. }) = &window.state().exports()[0].status else {
         panic!("{:?}", window.state().exports());
     };
     assert_eq!(*folder, root.join("exports"));
@@ -497,10 +487,7 @@ fn light_layers_are_exported_behind_effects_and_a_background() {
     let check = report.layers.unwrap();
     assert_eq!(check.layers, 6);
     // Only the rounding of half floats is lost.
-    assert!(
-        check.brightest > 0.0 && check.residual <= check.brightest * 2f32.powi(-11),
-        "{check:?}"
-    );
+    assert!(check.brightest > 0.0 && check.residual <= check.brightest * 2f32.powi(-11), "{check:?}");
 }
 
 /// An export that writes a still per message, until the channel closes.
@@ -515,8 +502,7 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
             progress.check(&format!("{frames} frames are kept: clay.%04d.png"))?;
             match told.recv_timeout(std::time::Duration::from_millis(1)) {
                 Ok(()) => {
-                    std::fs::write(folder.join(format!("clay.{frames:04}.png")), "a still")
-                        .unwrap();
+                    std::fs::write(folder.join(format!("clay.{frames:04}.png")), "a still").unwrap();
                     frames += 1;
                     progress.step("relighting", frames, 8, format!("frame {frames}"));
                 }
@@ -535,9 +521,7 @@ pub fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
 
 /// Waits until the running export has written this share.
 pub fn until_share(window: &mut Window, share: f32) {
-    until(window, "share of the export", |app| {
-        app.status().job.as_ref().is_some_and(|work| work.share == share)
-    });
+    until(window, "share of the export", |app| app.status().job.as_ref().is_some_and(|work| work.share == share));
 }
 
 #[test]
@@ -564,9 +548,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     click_on(&mut window, "Resume clay.0000–0007.png");
     until_labelled(&mut window, "Cancel clay.0000–0007.png");
     window.get_by_label("Cancel clay.0000–0007.png").click();
-    until(&mut window, "end of the export", |app| {
-        matches!(app.exports()[0].status, ExportStatus::Cancelled(_))
-    });
+    until(&mut window, "end of the export", |app| matches!(app.exports()[0].status, ExportStatus::Cancelled(_)));
     window.get_by_label("Cancelled: 2 frames are kept: clay.%04d.png");
     for frame in 0..2 {
         assert!(folder.path().join(format!("clay.{frame:04}.png")).exists());
@@ -580,9 +562,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     click_on(&mut window, "Retry clay.0000–0007.png");
     until(&mut window, "another try", |app| app.exports()[2].status == ExportStatus::Running);
     drop(tell);
-    until(&mut window, "end of the other try", |app| {
-        matches!(app.exports()[2].status, ExportStatus::Done(_))
-    });
+    until(&mut window, "end of the other try", |app| matches!(app.exports()[2].status, ExportStatus::Done(_)));
     let log: Vec<_> = window.state().status().log.iter().map(ToString::to_string).collect();
     assert!(log.iter().any(|line| line.contains("2 frames are kept")), "{log:?}");
 }
@@ -632,9 +612,7 @@ fn the_export_s_panel_looks_as_it_did() {
     snapshot(&mut window, "studio_export_filled");
     until_labelled(&mut window, "Cancel clay.0000–0007.png");
     window.get_by_label("Cancel clay.0000–0007.png").click();
-    until(&mut window, "end of the export", |app| {
-        matches!(app.exports()[1].status, ExportStatus::Cancelled(_))
-    });
+    until(&mut window, "end of the export", |app| matches!(app.exports()[1].status, ExportStatus::Cancelled(_)));
 }
 
 #[test]
@@ -709,9 +687,7 @@ fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
     retype(&mut window, "night.cube");
     window.get_by_label("Show it").click();
     window.run_steps(2);
-    until(&mut window, "picture through the table", |app| {
-        app.relit().is_some_and(|relit| relit.rgb != plain)
-    });
+    until(&mut window, "picture through the table", |app| app.relit().is_some_and(|relit| relit.rgb != plain));
     let brightest = |rgb: &[u8]| *rgb.iter().max().unwrap();
     assert!(brightest(&codes(&window)) <= 153, "0.6 of white");
     // The table stays in other workspaces, and can be removed there.
@@ -719,9 +695,7 @@ fn the_picture_is_shown_through_a_look_up_table_and_without_it_again() {
     window.run_steps(2);
     window.get_by_label("LUT night.cube ×").click();
     window.run_steps(2);
-    until(&mut window, "picture without the table", |app| {
-        app.relit().is_some_and(|relit| relit.rgb == plain)
-    });
+    until(&mut window, "picture without the table", |app| app.relit().is_some_and(|relit| relit.rgb == plain));
     assert!(window.query_by_label("LUT night.cube ×").is_none());
 }
 
@@ -730,9 +704,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
     let (mut window, root, _folder) = opened();
     window.key_press(Key::PageDown);
     window.run_steps(2);
-    until(&mut window, "lamp alone", |app| {
-        app.relit().is_some_and(|relit| relit.solo == [0] && relit.coarse == 1)
-    });
+    until(&mut window, "lamp alone", |app| app.relit().is_some_and(|relit| relit.solo == [0] && relit.coarse == 1));
     let shown = window.state().relit().unwrap().clone();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
@@ -760,10 +732,7 @@ fn a_lamp_alone_is_exported_as_it_is_shown() {
         ..settings(root.join("unknown.%04d.png").display().to_string())
     };
     let refused = relight(&project, &unknown, &Progress::silent()).unwrap_err();
-    assert!(
-        refused.to_string().contains("unknown lamp \"no such\": the lamps are olat_00"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("unknown lamp \"no such\": the lamps are olat_00"), "{refused}");
 }
 
 #[test]
@@ -791,8 +760,7 @@ fn every_frame_of_an_animation_is_exported_as_it_is_shown() {
     let keys: Vec<usize> = (look.animation.lanes()).map(|(_, keys)| keys.keys().len()).collect();
     assert_eq!(keys, [2; 5], "{:?}", look.animation);
     let mut shown = Vec::new();
-    for (key, frame) in [(Key::Home, 0), (Key::ArrowRight, 1), (Key::ArrowRight, 2), (Key::End, 3)]
-    {
+    for (key, frame) in [(Key::Home, 0), (Key::ArrowRight, 1), (Key::ArrowRight, 2), (Key::End, 3)] {
         go(&mut window, key, frame);
         shown.push(window.state().relit().unwrap().clone());
     }
@@ -823,9 +791,7 @@ fn a_measured_cell_is_shown_beside_its_truth() {
         .find_map(|pose| window.query_all_by_label_contains(pose).next())
         .expect("the list has poses");
     cell.click_accesskit();
-    until(&mut window, "the cell's pictures", |app| {
-        app.review().cell.as_ref().is_some_and(Result::is_ok)
-    });
+    until(&mut window, "the cell's pictures", |app| app.review().cell.as_ref().is_some_and(Result::is_ok));
     let shown = window.state().review().cell.clone().unwrap().unwrap();
     assert_eq!(Some(shown.cell.lamp), window.state().state().solo.first().copied());
     for name in ["prediction", "photograph", "difference (FLIP × 4)"] {

@@ -2,10 +2,7 @@
 
 use super::dialogs::assert_is_unsaved;
 use super::project::{calibrated, imported, needs};
-use super::{
-    Window, clay, drag, lines_with, plain_drag, snapshot, snapshot_without, until, until_shown,
-    window,
-};
+use super::{Window, clay, drag, lines_with, plain_drag, snapshot, snapshot_without, until, until_shown, window};
 use afterlight::footage::{BrushSide, Strokes};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
@@ -105,12 +102,7 @@ fn mattes_that_a_shoot_lacks_are_listed_and_made_by_a_button() {
     assert!(!window.state().state().covers.machine);
     window.get_by_label("Make the mattes").click();
     until(&mut window, "mattes", needs(Some(Need::Calibration)));
-    let made = window
-        .state()
-        .status()
-        .log
-        .iter()
-        .any(|line| line.sentence.starts_with("3 interview mattes made."));
+    let made = window.state().status().log.iter().any(|line| line.sentence.starts_with("3 interview mattes made."));
     assert!(made, "{:?}", window.state().status().log);
 }
 
@@ -119,9 +111,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     let folder = crate::temporary();
     let project = calibrated(folder.path());
     let mut window = footage(&project);
-    until(&mut window, "picture without training", |app| {
-        matches!(app.status().phase, Phase::Ready { .. })
-    });
+    until(&mut window, "picture without training", |app| matches!(app.status().phase, Phase::Ready { .. }));
     until_drawn(&mut window);
     assert!(window.query_by_label("Use this framing").is_none());
     corner(&mut window, "Framing, lower right corner", vec2(-90.0, -20.0));
@@ -201,9 +191,7 @@ fn painting(folder: &std::path::Path) -> (Project, Window) {
     std::fs::remove_dir_all(folder.join("shoot/interview_masks")).unwrap();
     let mut window = footage(&project);
     window.key_press(Key::M);
-    until(&mut window, "matte", |app| {
-        matches!(app.matte().live(0), Some(Ok(_))) && !app.matte().is_seeking()
-    });
+    until(&mut window, "matte", |app| matches!(app.matte().live(0), Some(Ok(_))) && !app.matte().is_seeking());
     (project, window)
 }
 

@@ -1,8 +1,8 @@
 //! Keys of settings: set, visited, moved, copied, shaped and removed; and other uses of the keyboard.
 
 use super::{
-    MIDDLE, Window, clay, clay_window, click_on, copied, go, picture, plain_drag, scroll_to,
-    snapshot, until, until_shown,
+    MIDDLE, Window, clay, clay_window, click_on, copied, go, picture, plain_drag, scroll_to, snapshot, until,
+    until_shown,
 };
 use afterlight::light::keyframes::Interpolation;
 use afterlight::scene::{LightSetting, Pass, Setting};
@@ -380,8 +380,7 @@ fn the_brightest_areas_follow_pitch_and_roll() {
     let (_folder, mut window) = crate::shown_window();
     let area = |window: &Window| window.get_by_label_contains("Brightest area 1").rect().center();
     let before = area(&window);
-    let roll =
-        window.get_by_role_and_label(egui::accesskit::Role::SpinButton, "Roll").rect().center();
+    let roll = window.get_by_role_and_label(egui::accesskit::Role::SpinButton, "Roll").rect().center();
     let right = roll + vec2(80.0, 0.0);
     plain_drag(&mut window, roll, right);
     until_shown(&mut window);

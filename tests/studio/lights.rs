@@ -1,9 +1,8 @@
 //! Lights placed by hand: their settings, their groups, and their handles on panorama, sphere and picture.
 
 use super::{
-    Window, brightness, choose, clay_window, click_on, copied, leaving, lights, picture,
-    plain_drag, retype, scroll_to, snapshot, told_job, type_into, undo, until, until_labelled,
-    until_shown,
+    Window, brightness, choose, clay_window, click_on, copied, leaving, lights, picture, plain_drag, retype, scroll_to,
+    snapshot, told_job, type_into, undo, until, until_labelled, until_shown,
 };
 use afterlight::light::LightGroup;
 use afterlight::scene::{LightSetting, Setting};
@@ -54,8 +53,7 @@ fn a_light_has_an_intensity_in_stops_and_a_temperature_and_is_muted() {
     assert!(!lights(&window)[0].enabled);
     assert_eq!(picture(&window), without);
     // Its settings fold, and its line stays.
-    let intensities =
-        |window: &Window| window.query_all_by_role_and_label(Role::SpinButton, "Intensity").count();
+    let intensities = |window: &Window| window.query_all_by_role_and_label(Role::SpinButton, "Intensity").count();
     let unfolded = intensities(&window);
     click(&mut window, "Settings of Light 1");
     assert_eq!(intensities(&window), unfolded - 1);
@@ -161,9 +159,7 @@ fn a_handle_is_dragged_on_panorama_sphere_and_picture_alike() {
     until(&mut window, "rest", |app| !app.state().is_dragged());
     let before = lights(&window).len();
     pull(&mut window, "Light 1 on the picture", vec2(210.0, 0.0));
-    until(&mut window, "light from the right", |app| {
-        app.state().look.lighting.placed[0].direction().x > 0.3
-    });
+    until(&mut window, "light from the right", |app| app.state().look.lighting.placed[0].direction().x > 0.3);
     assert_eq!(lights(&window).len(), before, "the handle moves its own light");
     assert_eq!(window.state().state().look.yaw_deg, 0.0, "the environment stays");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);

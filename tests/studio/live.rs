@@ -2,10 +2,7 @@
 
 use super::leaving::close;
 use super::on_gpu::own_gpu;
-use super::{
-    MIDDLE, Window, clay, click_on, export, pointer, press, snapshot, told_job, until, until_shown,
-    window,
-};
+use super::{MIDDLE, Window, clay, click_on, export, pointer, press, snapshot, told_job, until, until_shown, window};
 use afterlight::Error;
 use afterlight::evaluation::review::ReviewSettings;
 use afterlight::gpu::DeviceChoice;
@@ -67,9 +64,7 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
     let (_folder, mut window) = crate::new_window();
     for frame in 1..clay::FRAMES {
         window.key_press(Key::ArrowRight);
-        until(&mut window, "the next frame", |app| {
-            app.relit().is_some_and(|relit| relit.scene.frame == frame)
-        });
+        until(&mut window, "the next frame", |app| app.relit().is_some_and(|relit| relit.scene.frame == frame));
     }
     window.key_press(Key::Home);
     until_shown(&mut window);
@@ -166,8 +161,7 @@ fn nothing_that_is_shown_asks_for_frames_while_nothing_happens() {
 fn named_controls(window: &Window) -> usize {
     window.check_accessibility();
     let controls = window.root().children_recursive();
-    let inputs =
-        controls.filter(|node| egui::accessibility::is_input(node.accesskit_node().role()));
+    let inputs = controls.filter(|node| egui::accessibility::is_input(node.accesskit_node().role()));
     inputs.count()
 }
 
@@ -225,26 +219,17 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
         let mut full = true;
         let written = progress.retry(|| {
             let remedy = "Check that the folder can be written and the disk has room";
-            let failure = Error::io(
-                "write",
-                "checkpoint/live.bpk",
-                std::io::ErrorKind::StorageFull.into(),
-                remedy,
-            );
+            let failure = Error::io("write", "checkpoint/live.bpk", std::io::ErrorKind::StorageFull.into(), remedy);
             if std::mem::take(&mut full) { Err(failure) } else { Ok(()) }
         });
         progress.step("training", 500, 1000, format!("{written:?}"));
     })
     .unwrap();
-    until(&mut window, "the pause", |app| {
-        app.status().job.as_ref().is_some_and(|work| work.held.is_some())
-    });
+    until(&mut window, "the pause", |app| app.status().job.as_ref().is_some_and(|work| work.held.is_some()));
     assert!(window.state().status().job.as_ref().unwrap().is_paused());
     window.get_by_label_contains("cannot write checkpoint/live.bpk");
     window.get_by_label("Resume").click();
-    until(&mut window, "the step after it", |app| {
-        app.status().job.as_ref().is_some_and(|work| work.note == "Ok(())")
-    });
+    until(&mut window, "the step after it", |app| app.status().job.as_ref().is_some_and(|work| work.note == "Ok(())"));
     window.run_steps(2);
     assert!(window.query_by_label_contains("cannot write").is_none());
     drop(job);
@@ -258,11 +243,9 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let left = ProjectHandover::new(Latest::new(|| {}));
     let next = left.clone();
-    let mut window =
-        Harness::builder().with_size(vec2(1280.0, 720.0)).wgpu_setup(setup).build_eframe(|cc| {
-            StudioApp::over(&cc.egui_ctx, project, clay::source)
-                .replaced_by(next, Some("opened again"))
-        });
+    let mut window = Harness::builder().with_size(vec2(1280.0, 720.0)).wgpu_setup(setup).build_eframe(|cc| {
+        StudioApp::over(&cc.egui_ctx, project, clay::source).replaced_by(next, Some("opened again"))
+    });
     until(&mut window, "first picture", |app| app.relit().is_some());
     until_shown(&mut window);
     window.get_by_label("opened again");
@@ -314,10 +297,7 @@ fn a_larger_window_gives_its_room_to_the_picture() {
     until_shown(&mut window);
     let large = picture(&window);
     let more = vec2(1920.0 - 1280.0, 1080.0 - 720.0);
-    assert!(
-        large.x - small.x > 0.6 * more.x && large.y - small.y > 0.6 * more.y,
-        "{small} became {large}"
-    );
+    assert!(large.x - small.x > 0.6 * more.x && large.y - small.y > 0.6 * more.y, "{small} became {large}");
     snapshot(&mut window, "studio_1080");
 }
 
@@ -340,8 +320,7 @@ fn a_drag_turns_by_what_comes_between_press_and_release() {
         let events = [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to(20.0))];
         window.input_mut().events.extend(events);
         window.run_steps(3);
-        let events =
-            [Event::PointerMoved(to(50.0)), press(to(50.0), false), Event::PointerMoved(to(75.0))];
+        let events = [Event::PointerMoved(to(50.0)), press(to(50.0), false), Event::PointerMoved(to(75.0))];
         window.input_mut().events.extend(events);
         window.run_steps(4);
         let yaw = window.state().state().look.yaw_deg;
@@ -379,9 +358,7 @@ fn where_a_drag_ends_is_shown_without_another_event() {
             _ => panorama.center() - vec2(40.0, 0.0),
         };
         let to = at + vec2(30.0, 0.0);
-        for event in
-            [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to), press(to, false)]
-        {
+        for event in [Event::PointerMoved(at), press(at, true), Event::PointerMoved(to), press(to, false)] {
             window.event(event);
             window.step();
         }
@@ -390,10 +367,8 @@ fn where_a_drag_ends_is_shown_without_another_event() {
         let drawn = window.render().unwrap();
         window.run_steps(6);
         let [x, y, width, height] =
-            [panorama.left(), panorama.top(), panorama.width(), panorama.height()]
-                .map(|points| points as u32);
-        let crop =
-            |of: &image::RgbaImage| image::imageops::crop_imm(of, x, y, width, height).to_image();
+            [panorama.left(), panorama.top(), panorama.width(), panorama.height()].map(|points| points as u32);
+        let crop = |of: &image::RgbaImage| image::imageops::crop_imm(of, x, y, width, height).to_image();
         let later = window.render().unwrap();
         assert_eq!(crop(&drawn), crop(&later), "{place}");
     }
@@ -435,9 +410,8 @@ fn a_close_that_would_end_work_is_asked_about_once() {
 #[test]
 fn nothing_moves_as_jobs_come_and_go() {
     let (_folder, mut window) = crate::shown_window();
-    let places = |window: &Window| {
-        ["Play", "Relit picture", "Keys ?", "Panels"].map(|name| window.get_by_label(name).rect())
-    };
+    let places =
+        |window: &Window| ["Play", "Relit picture", "Keys ?", "Panels"].map(|name| window.get_by_label(name).rect());
     let before = places(&window);
     let job = told_job(&mut window);
     window.run_steps(2);
@@ -500,10 +474,8 @@ fn a_window_at_rest_leaves_the_processor_alone() {
         queue: gpu.queue.clone(),
     });
     let (_folder, project) = export::trained();
-    let mut window = Harness::builder()
-        .with_size(vec2(1280.0, 720.0))
-        .wgpu_setup(WgpuSetup::Existing(gpu))
-        .build_eframe(|cc| {
+    let mut window =
+        Harness::builder().with_size(vec2(1280.0, 720.0)).wgpu_setup(WgpuSetup::Existing(gpu)).build_eframe(|cc| {
             // A software adapter works too: burn's threads are the same.
             let app = StudioApp::new(&cc.egui_ctx, Some(project), DeviceChoice::Gpu);
             app.drawn_with(cc.wgpu_render_state.clone().unwrap())
@@ -534,10 +506,7 @@ fn a_window_at_rest_leaves_the_processor_alone() {
     let training = |fresh| Job::Train {
         project: root.clone(),
         settings: TrainSettings {
-            config: TrainingConfig {
-                epochs: if fresh { 1 } else { 2 },
-                ..export::smallest_config()
-            },
+            config: TrainingConfig { epochs: if fresh { 1 } else { 2 }, ..export::smallest_config() },
             exclude_frames: Vec::new(),
             hold_out: None,
             fresh,
@@ -546,22 +515,13 @@ fn a_window_at_rest_leaves_the_processor_alone() {
     };
     let review = Job::Review {
         project: root.clone(),
-        settings: ReviewSettings {
-            truth: None,
-            fresh: true,
-            report: None,
-            device: DeviceChoice::Gpu,
-        },
+        settings: ReviewSettings { truth: None, fresh: true, report: None, device: DeviceChoice::Gpu },
     };
-    for (what, job) in [
-        ("after training", training(true)),
-        ("after resuming it", training(false)),
-        ("after measuring", review),
-    ] {
+    for (what, job) in
+        [("after training", training(true)), ("after resuming it", training(false)), ("after measuring", review)]
+    {
         window.state().worker().unwrap().run(job).unwrap();
-        until(&mut window, what, |app| {
-            app.status().message.is_some() && app.status().job.is_none()
-        });
+        until(&mut window, what, |app| app.status().message.is_some() && app.status().job.is_none());
         rests(&mut window, what);
         if let Some(close) = window.query_by_label("Close") {
             close.click();

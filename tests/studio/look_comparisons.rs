@@ -142,9 +142,7 @@ fn a_compared_look_whose_environment_is_missing_says_so() {
     let yard = folder.path().join("yard.exr");
     write_exr(&yard, &Image::from_fn(64, 32, |x, _| [x as f32 / 32.0; 3])).unwrap();
     super::drop_onto(&mut window, yard);
-    until(&mut window, "the yard's light", |app| {
-        app.relit().is_some_and(|relit| relit.environment == "yard")
-    });
+    until(&mut window, "the yard's light", |app| app.relit().is_some_and(|relit| relit.environment == "yard"));
     until_shown(&mut window);
     let lit = picture(&window);
     open_looks(&mut window);

@@ -197,9 +197,7 @@ fn a_name_in_other_capitals_is_that_of_the_stored_look() {
     retype(&mut window, "warm");
     window.get_by_label("Update").click();
     window.run_steps(2);
-    until(&mut window, "second version", |app| {
-        app.looks().current == Some((id(Shelf::Project, "Warm"), 2))
-    });
+    until(&mut window, "second version", |app| app.looks().current == Some((id(Shelf::Project, "Warm"), 2)));
     until_drawn(&mut window, &id(Shelf::Project, "Warm"));
     assert_eq!(names(&window), ["Cold", "Warm"]);
 }
@@ -332,9 +330,7 @@ fn a_look_is_written_into_a_file_and_loaded_by_dropping_it() {
     brighten(&mut window);
     assert_ne!(window.state().state().look.exposure_stops, stored);
     super::drop_onto(&mut window, file.clone());
-    until(&mut window, "end of loading", |app| {
-        app.state().look.exposure_stops == stored && !app.looks().is_busy()
-    });
+    until(&mut window, "end of loading", |app| app.state().look.exposure_stops == stored && !app.looks().is_busy());
     let versions = |window: &Window| window.state().looks().looks(Shelf::Project)[0].versions.len();
     assert_eq!(versions(&window), 1);
     std::fs::write(&file, "{\"look\": 3}").unwrap();
@@ -360,9 +356,7 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
     window.run_steps(2);
     let all_four = |window: &mut Window, frame: usize| {
         until(window, "four pictures", |app| {
-            app.relit().is_some_and(|relit| {
-                relit.scene.frame == frame && relit.looks.iter().all(Option::is_some)
-            })
+            app.relit().is_some_and(|relit| relit.scene.frame == frame && relit.looks.iter().all(Option::is_some))
         });
         let relit = window.state().relit().unwrap().clone();
         relit.looks.clone().map(|look| look.unwrap().1.rgb.clone())
@@ -409,9 +403,7 @@ fn four_looks_stand_side_by_side_at_any_frame_and_one_is_picked() {
 fn zoom_and_pan_are_those_of_all_four() {
     let (_folder, mut window) = crate::new_window();
     window.key_press(Key::Num4);
-    until(&mut window, "the present look", |app| {
-        app.relit().is_some_and(|relit| relit.looks[0].is_some())
-    });
+    until(&mut window, "the present look", |app| app.relit().is_some_and(|relit| relit.looks[0].is_some()));
     let place = window.get_by_label("A: current look").rect();
     super::plain_drag(&mut window, place.center(), place.center() + egui::vec2(20.0, 8.0));
     let state = window.state().state();

@@ -255,18 +255,12 @@ fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
 
 /// A press or a release of the primary button.
 fn press(pos: Pos2, pressed: bool) -> Event {
-    Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    }
+    Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
 }
 
 /// A press too short for a drag.
 fn click_at(window: &mut Window, pos: Pos2, modifiers: Modifiers) {
-    let press =
-        |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
+    let press = |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
     window.event(Event::ModifiersChanged(modifiers));
     window.event(Event::PointerMoved(pos));
     window.event(press(true));
@@ -323,11 +317,7 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
     assert!((30.0..=50.0).contains(&yaw), "100 points to the right turn the light by {yaw}°");
     assert_ne!(picture(&window), before);
     let predict = &window.state().relit().unwrap().passes[0];
-    assert_eq!(
-        (predict.name.as_str(), predict.ran),
-        ("predict", false),
-        "a turn never asks the network"
-    );
+    assert_eq!((predict.name.as_str(), predict.ran), ("predict", false), "a turn never asks the network");
 
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(&mut window);
@@ -525,15 +515,12 @@ fn told_job(window: &mut Window) -> Sender<Word> {
     });
     begun.unwrap();
     tell.send(|progress| progress.step("training", 370, 1000, STEP)).unwrap();
-    until(window, "step of the job", |app| {
-        app.status().job.as_ref().is_some_and(|w| w.note == STEP)
-    });
+    until(window, "step of the job", |app| app.status().job.as_ref().is_some_and(|w| w.note == STEP));
     tell
 }
 
 const STEP: &str = "step 1204, OLATs 0.0213, relit 0.0108, held-out pose 31.42 dB";
-const TRAINED: &str =
-    "Trained for 10 min, 3250 steps. Error: OLATs 0.0187, relit 0.0092, by the built-in features";
+const TRAINED: &str = "Trained for 10 min, 3250 steps. Error: OLATs 0.0187, relit 0.0092, by the built-in features";
 
 #[test]
 fn the_picture_is_live_while_a_job_runs() {
@@ -611,9 +598,7 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     window.get_by_label("Resume").click();
     window.run();
     job.send(|progress| progress.step("training", 500, 1000, "going on")).unwrap();
-    until(&mut window, "step after the pause", |app| {
-        app.status().job.as_ref().is_some_and(|w| w.note == "going on")
-    });
+    until(&mut window, "step after the pause", |app| app.status().job.as_ref().is_some_and(|w| w.note == "going on"));
     window.get_by_label("Stop").click();
     until(&mut window, "end of the job", |app| app.status().job.is_none());
     let kept = Error::Cancelled { kept: "the checkpoint".to_owned() };
@@ -741,9 +726,7 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     snapshot(&mut window, "studio_job_alone");
     window.key_press(Key::P);
     drop(job);
-    until(&mut window, "reason", |app| {
-        matches!(app.status().phase, Phase::Blocked(_)) && app.status().job.is_none()
-    });
+    until(&mut window, "reason", |app| matches!(app.status().phase, Phase::Blocked(_)) && app.status().job.is_none());
     window.get_by_label("Not calibrated yet");
 }
 
@@ -798,9 +781,7 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     window.run();
     places.iter().for_each(|&place| window.mask(place));
     for timing in ["predicted in", "relit in"] {
-        let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else {
-            continue;
-        };
+        let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else { continue };
         window.mask(egui::Rect::from_min_size(label.min, vec2(190.0, label.height())));
     }
     let (threshold, pixels) = SNAPSHOT;

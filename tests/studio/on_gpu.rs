@@ -36,8 +36,7 @@ pub fn own_gpu() -> Option<WgpuSetupExisting> {
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
     let adapter = adapters.into_iter().next();
     let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"))?;
-    let (device, queue) =
-        pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).unwrap();
     Some(WgpuSetupExisting { instance, adapter, device, queue })
 }
 
@@ -85,9 +84,7 @@ fn turn(window: &mut Window, to: f32) {
 #[test]
 fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
     let folder = crate::temporary();
-    let Some(mut window) = sharing_window(folder.path()) else {
-        return;
-    };
+    let Some(mut window) = sharing_window(folder.path()) else { return };
     until(&mut window, "the first picture", |app| {
         app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
     });

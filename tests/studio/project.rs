@@ -1,8 +1,8 @@
 //! Projects: created from a shoot, reopened, missing, damaged, and open twice.
 
 use super::{
-    Window, clay, clay_window, click_on, drop_onto, lines_with, snapshot, snapshot_without,
-    told_job, until, until_labelled, window,
+    Window, clay, clay_window, click_on, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
+    until_labelled, window,
 };
 use afterlight::calibration::CalibrateSettings;
 use afterlight::footage::scan::Scan;
@@ -216,8 +216,7 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
     let mut preferences = Preferences::from_file(&file);
     preferences.opened(&film.root);
     preferences.opened(&folder.path().join("gone"));
-    let mut window =
-        window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
+    let mut window = window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
     for _ in 0..200 {
         std::thread::sleep(std::time::Duration::from_millis(5));
         window.step();
@@ -253,16 +252,13 @@ fn a_recent_project_is_opened_by_its_first_frame() {
     let film = imported(folder.path());
     let mut preferences = Preferences::from_file(&folder.path().join("window.json"));
     preferences.opened(&film.root);
-    let mut window =
-        window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
+    let mut window = window(|ctx| StudioApp::with_preferences(ctx, preferences, None, DeviceChoice::Cpu));
     until_labelled(&mut window, "First frame of virtual stage");
     window.get_by_label("First frame of virtual stage").click();
     until(&mut window, "opened project", needs(Some(Need::Calibration)));
     assert_eq!(window.state().project().unwrap().root, film.root);
     // The interview's frame is the backdrop of the question.
-    until(&mut window, "frame behind the question", |app| {
-        matches!(app.footage().picture(), Some(Ok(_)))
-    });
+    until(&mut window, "frame behind the question", |app| matches!(app.footage().picture(), Some(Ok(_))));
     window.get_by_label("Calibrate");
 }
 
@@ -345,8 +341,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let mut second = open();
     second.get_by_label("Read-only");
     second.get_by_label(&format!("Open in another window (process {}).", std::process::id()));
-    let job =
-        Job::Calibrate { project: project.root.clone(), settings: CalibrateSettings::default() };
+    let job = Job::Calibrate { project: project.root.clone(), settings: CalibrateSettings::default() };
     let refused = second.state().worker().unwrap().run(job).unwrap_err();
     let refused = refused.to_string();
     assert!(refused.contains("Read-only"), "{refused}");
@@ -363,17 +358,13 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let elsewhere = crate::temporary();
     std::fs::copy(yard, elsewhere.path().join("yard.exr")).unwrap();
     drop_onto(&mut second, elsewhere.path().join("yard.exr"));
-    until(&mut second, "added environment", |app| {
-        app.environments().iter().all(|e| e.panorama.is_done())
-    });
+    until(&mut second, "added environment", |app| app.environments().iter().all(|e| e.panorama.is_done()));
     assert!(second.state().state().can_undo());
     assert_eq!(files(), before);
 
     drop(first);
     second.get_by_label("Try again").click();
-    until(&mut second, "right to write", |app| {
-        app.worker().is_some_and(|worker| worker.writable().is_ok())
-    });
+    until(&mut second, "right to write", |app| app.worker().is_some_and(|worker| worker.writable().is_ok()));
     second.run();
     assert!(second.query_by_label("Read-only").is_none());
     let refused = Lock::take(folder.path(), "another").unwrap_err().to_string();
@@ -472,9 +463,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
     window.get_by_label("Calibrate");
     drop(window);
 
-    for (text, says) in
-        [(Some("name = \"film\"\nsize = x"), "Correct the line"), (None, "no panorama")]
-    {
+    for (text, says) in [(Some("name = \"film\"\nsize = x"), "Correct the line"), (None, "no panorama")] {
         let mut window = opened();
         until(&mut window, "opened project", needs(Some(Need::Calibration)));
         match text {
@@ -482,9 +471,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
             None => std::fs::remove_file(path("project.toml")).unwrap(),
         }
         drop_onto(&mut window, &root);
-        until(&mut window, says, |app| {
-            app.status().log.iter().any(|line| line.sentence.contains(says))
-        });
+        until(&mut window, says, |app| app.status().log.iter().any(|line| line.sentence.contains(says)));
         assert!(window.state().project().is_some(), "what was open stays");
     }
 }

@@ -1,9 +1,6 @@
 //! Refusals appear over the picture and stay until they are answered.
 
-use super::{
-    MIDDLE, Window, clay, click_on, drop_onto, plain_drag, snapshot_without, told_job, until,
-    until_shown,
-};
+use super::{MIDDLE, Window, clay, click_on, drop_onto, plain_drag, snapshot_without, told_job, until, until_shown};
 use afterlight::project::Lock;
 use afterlight::studio::StudioApp;
 use egui::{Key, Modifiers, vec2};

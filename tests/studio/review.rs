@@ -1,8 +1,8 @@
 //! Review panels: their texts, their clicks, and their saved verdicts.
 
 use super::{
-    Window, clay, click_at, click_on, export, lines_with, plain_drag, snapshot, snapshot_without,
-    until, until_labelled, until_shown, vulkan_adapter, window,
+    Window, clay, click_at, click_on, export, lines_with, plain_drag, snapshot, snapshot_without, until,
+    until_labelled, until_shown, vulkan_adapter, window,
 };
 use afterlight::evaluation::review::{Case, Mark, Marks, Metric, Review};
 use afterlight::project::Project;
@@ -19,11 +19,7 @@ const LAMPS: usize = 24;
 
 /// A project measured on two frames and a pose, with figures that distinguish every cell.
 fn measured(project: &Project) {
-    let cases = [
-        ("frame", 2, "frame_002", false),
-        ("frame", 5, "frame_005", false),
-        ("pose", 0, "pose00", true),
-    ];
+    let cases = [("frame", 2, "frame_002", false), ("frame", 5, "frame_005", false), ("pose", 0, "pose00", true)];
     let cases: Vec<serde_json::Value> = (cases.iter().enumerate())
         .map(|(row, &(kind, number, name, seen))| {
             let cell = |lamp: usize| {
@@ -66,9 +62,7 @@ fn opened(project: &Project) -> Window {
     until_shown(&mut window);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     window.run_steps(2);
-    until(&mut window, "review", |app| {
-        app.review().saved.is_some() && app.review().sheet.is_some()
-    });
+    until(&mut window, "review", |app| app.review().saved.is_some() && app.review().sheet.is_some());
     window
 }
 
@@ -107,10 +101,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
     window.get_by_label("All lamps").click();
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty());
-    assert_eq!(
-        window.state().review().sheet.as_ref().unwrap().as_ref().unwrap().lamps.len(),
-        LAMPS
-    );
+    assert_eq!(window.state().review().sheet.as_ref().unwrap().as_ref().unwrap().lamps.len(), LAMPS);
 }
 
 #[test]
@@ -143,8 +134,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     window.get_by_label("PSNR").click();
     window.run_steps(2);
     window.get_by_label("PSNR by lamp and frame");
-    let worst =
-        window.state().review().saved.as_ref().unwrap().as_ref().unwrap().review.clone().unwrap();
+    let worst = window.state().review().saved.as_ref().unwrap().as_ref().unwrap().review.clone().unwrap();
     let (case, lamp) = worst.worst(Metric::Psnr)[0];
     let name = format!("{}, lamp {lamp}:", worst.cases[case].name);
     // It is below the visible part of the pane.
@@ -190,9 +180,7 @@ fn keys_mark_the_chosen_cell_and_lead_to_the_next_worst() {
     };
     choose(&mut window);
     assert_eq!(window.state().state().panes.active, Pane::Review);
-    for (key, mark) in
-        [(Key::Num1, Mark::Good), (Key::Num2, Mark::Doubtful), (Key::Num3, Mark::Bad)]
-    {
+    for (key, mark) in [(Key::Num1, Mark::Good), (Key::Num2, Mark::Doubtful), (Key::Num3, Mark::Bad)] {
         window.key_press(key);
         until_marked(&mut window, &project, ("frame_005", "olat_10"), mark);
         let state = window.state().state();
@@ -273,9 +261,7 @@ fn window_that_measured() -> (Window, PathBuf, TempDir) {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     until_labelled(&mut window, "Measure");
     window.get_by_label("Measure").click();
-    until(&mut window, "figures", |app| {
-        app.review().measured().is_some() && app.status().job.is_none()
-    });
+    until(&mut window, "figures", |app| app.review().measured().is_some() && app.status().job.is_none());
     (window, root, folder)
 }
 
@@ -285,9 +271,7 @@ fn one_of_a_cell_s_pictures_is_shown_large_and_flipped() {
     let review = measurement(&window);
     let worst = in_strip(&review, review.worst_cases(Metric::Flip)[0]);
     window.get_by_label(&worst).click_accesskit();
-    until(&mut window, "the cell's pictures", |app| {
-        app.review().cell.as_ref().is_some_and(Result::is_ok)
-    });
+    until(&mut window, "the cell's pictures", |app| app.review().cell.as_ref().is_some_and(Result::is_ok));
     let shown = window.state().review().cell.clone().unwrap().unwrap();
     let truth = match shown.cell.case {
         Case::Pose(_) => "photograph",
@@ -357,9 +341,7 @@ fn the_review_looks_as_it_did() {
     let at = in_map(&window, 1, 21);
     click_at(&mut window, at, Modifiers::NONE);
     until_shown(&mut window);
-    until(&mut window, "sheet of the frame", |app| {
-        app.review().sheet.as_ref().unwrap().as_ref().unwrap().frame == 5
-    });
+    until(&mut window, "sheet of the frame", |app| app.review().sheet.as_ref().unwrap().as_ref().unwrap().frame == 5);
     window.get_by_label("Doubtful").click();
     window.run_steps(2);
     snapshot(&mut window, "studio_review");
@@ -463,9 +445,7 @@ fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() 
     let review = measurement(&window);
     let order = review.worst_cases(Metric::Flip);
     let poses = order.iter().filter_map(|&(case, mean)| {
-        let Case::Pose(pose) = review.cases[case].case else {
-            return None;
-        };
+        let Case::Pose(pose) = review.cases[case].case else { return None };
         let lamp = review.worst_lamp(Metric::Flip, case)?;
         Some((Thumbnail::Olat { pose, lamp }, in_strip(&review, (case, mean))))
     });
@@ -485,8 +465,7 @@ fn poses_stand_in_the_strip_as_they_were_photographed_under_their_worst_lamps() 
     let place = window.get_by_label(&poses[0].1).rect();
     let drawn = window.render().unwrap();
     let colors = (0..56).flat_map(|y| (0..84).map(move |x| [x, y]));
-    let colors =
-        colors.map(|[x, y]| drawn.get_pixel(place.left() as u32 + x, place.top() as u32 + y));
+    let colors = colors.map(|[x, y]| drawn.get_pixel(place.left() as u32 + x, place.top() as u32 + y));
     let colors: std::collections::BTreeSet<_> = colors.map(|color| color.0).collect();
     assert!(colors.len() > 20, "a photograph, not {} colours", colors.len());
 }
@@ -575,9 +554,7 @@ fn a_cell_stays_in_the_review_and_ends_under_another_environment() {
     show(&mut window, Key::Num4);
     until_labelled(&mut window, "Measure");
     window.get_by_label("Measure").click();
-    until(&mut window, "figures", |app| {
-        app.review().measured().is_some() && app.status().job.is_none()
-    });
+    until(&mut window, "figures", |app| app.review().measured().is_some() && app.status().job.is_none());
     let review = measurement(&window);
     let worst = in_strip(&review, review.worst_cases(Metric::Flip)[0]);
     let is_drawn = |window: &Window| {

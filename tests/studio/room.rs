@@ -2,13 +2,11 @@
 
 use super::dialogs::until_missing;
 use super::export::{
-    choose_colors, opened, opened_with_configuration, told_export, type_name, until_exported,
-    until_share,
+    choose_colors, opened, opened_with_configuration, told_export, type_name, until_exported, until_share,
 };
 use super::live::{enter, open};
 use super::{
-    Window, alone, clay, click_on, press, project, told_job, until, until_labelled, until_said,
-    until_shown, window,
+    Window, alone, clay, click_on, press, project, told_job, until, until_labelled, until_said, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::project::Lock;
@@ -67,15 +65,11 @@ fn nothing_moves_for_what_is_said_while_a_job_runs() {
         });
     })
     .unwrap();
-    until(&mut window, "the pause", |app| {
-        app.status().job.as_ref().is_some_and(|job| job.held.is_some())
-    });
+    until(&mut window, "the pause", |app| app.status().job.as_ref().is_some_and(|job| job.held.is_some()));
     window.get_by_label("cannot write live.bpk: the disk is full. Make room");
     assert_eq!((places(&window), picture(&window)), (before.clone(), shown));
     window.get_by_label("Resume").click();
-    until(&mut window, "the resumed job", |app| {
-        app.status().job.as_ref().is_some_and(|job| job.held.is_none())
-    });
+    until(&mut window, "the resumed job", |app| app.status().job.as_ref().is_some_and(|job| job.held.is_none()));
     assert!(window.query_by_label_contains("cannot write").is_none());
 }
 
@@ -137,8 +131,7 @@ fn the_picture_has_the_room_that_nothing_else_needs() {
     // Buttons above the bar, where the timeline is narrow.
     window.set_size(vec2(900.0, 600.0));
     window.run_steps(4);
-    let [play, bar, line] =
-        ["Play", "Scrub bar", "Keys ?"].map(|name| window.get_by_label(name).rect());
+    let [play, bar, line] = ["Play", "Scrub bar", "Keys ?"].map(|name| window.get_by_label(name).rect());
     assert!(play.bottom() <= bar.top() && bar.bottom() < line.top() - 16.0, "{play:?} {bar:?}");
 }
 
@@ -204,9 +197,7 @@ fn in_a_row(window: &Window, y: f32) -> Vec<(String, Rect)> {
     let controls = window.root().children_recursive();
     let controls = controls.filter(|node| {
         let role = node.accesskit_node().role();
-        is_placed(node)
-            && egui::accessibility::is_input(role)
-            && (node.rect().center().y - y).abs() < 6.0
+        is_placed(node) && egui::accessibility::is_input(role) && (node.rect().center().y - y).abs() < 6.0
     });
     let named = controls.map(|node| {
         let name = node.accesskit_node().label();
@@ -280,9 +271,11 @@ fn a_row_shows_the_focus_of_the_keyboard() {
     let is_marked = |window: &Window| {
         let row = window.get_by_label("sky").rect();
         let edge = Stroke::new(1.0, Color32::from_rgb(232, 170, 76));
-        window.output().shapes.iter().any(|shape| {
-            matches!(&shape.shape, Shape::Rect(drawn) if drawn.rect == row && drawn.stroke == edge)
-        })
+        window
+            .output()
+            .shapes
+            .iter()
+            .any(|shape| matches!(&shape.shape, Shape::Rect(drawn) if drawn.rect == row && drawn.stroke == edge))
     };
     assert!(!is_marked(&window));
     window.get_by_label("sky").focus();
@@ -390,10 +383,7 @@ fn the_newest_export_is_seen_whatever_is_chosen_above_it() {
             let button = window.get_by_label(button).rect();
             let add = window.get_by_label("Add to queue").rect();
             let queue = window.get_by_label("Queue").rect();
-            assert!(
-                name.top() > queue.bottom() && button.bottom() <= bottom,
-                "{name:?} … {button:?} of {bottom}"
-            );
+            assert!(name.top() > queue.bottom() && button.bottom() <= bottom, "{name:?} … {button:?} of {bottom}");
             assert!(add.bottom() <= queue.top() && add.top() > 60.0, "{add:?}");
         }
     };
@@ -516,9 +506,8 @@ fn no_control_is_wider_than_its_window() {
             window.set_size(size);
             window.run_steps(6);
             let controls = window.root().children_recursive();
-            let controls = controls.filter(|node| {
-                is_placed(node) && egui::accessibility::is_input(node.accesskit_node().role())
-            });
+            let controls =
+                controls.filter(|node| is_placed(node) && egui::accessibility::is_input(node.accesskit_node().role()));
             let mut count = 0;
             for control in controls {
                 let (name, rect) = (control.accesskit_node().label(), control.rect());

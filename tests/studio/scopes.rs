@@ -91,9 +91,7 @@ fn another_picture_in_the_place_of_the_relit_one_is_counted_and_has_no_lamps() {
         click(&window, name, 208.0);
         window.run_steps(3);
     }
-    until(&mut window, "other first picture", |app| {
-        app.relit().is_some_and(|relit| relit.first.is_some())
-    });
+    until(&mut window, "other first picture", |app| app.relit().is_some_and(|relit| relit.first.is_some()));
     window.get_by_label("Counted: A sky");
     let shown = window.state().relit().unwrap().clone();
     let sky = white(&shown.first.as_ref().unwrap().1.rgb);

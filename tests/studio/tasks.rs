@@ -2,8 +2,8 @@
 //! key and turn of the wheel counts. docs/guide.md lists the counts.
 
 use super::{
-    MIDDLE, Window, aiming, clay, clay_window, drop_onto, lights, picture, plain_drag, retype,
-    review, until, until_shown, window,
+    MIDDLE, Window, aiming, clay, clay_window, drop_onto, lights, picture, plain_drag, retype, review, until,
+    until_shown, window,
 };
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::Setting;
@@ -54,14 +54,8 @@ impl Hand {
     }
 
     fn press_at(&mut self, pos: Pos2, button: PointerButton) {
-        let press =
-            |pressed| Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
-        for event in [
-            Event::PointerMoved(pos),
-            press(true),
-            press(false),
-            Event::PointerMoved(pos + vec2(1.0, 0.0)),
-        ] {
+        let press = |pressed| Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
+        for event in [Event::PointerMoved(pos), press(true), press(false), Event::PointerMoved(pos + vec2(1.0, 0.0))] {
             self.window.event(event);
         }
         self.window.run_steps(6);
@@ -147,9 +141,7 @@ fn a_clip_is_exported_as_prores() {
     hand.click("Codec: H.264");
     hand.click("ProRes 422 HQ");
     hand.click("Add to queue");
-    until(&mut hand.window, "the movie", |app| {
-        (app.exports().iter()).any(|export| export.status.sentence().is_some())
-    });
+    until(&mut hand.window, "the movie", |app| (app.exports().iter()).any(|export| export.status.sentence().is_some()));
     // With the interview's sound, if there is any.
     assert!(hand.window.state().state().export_options.sound);
     hand.done("Export ProRes with sound");
@@ -179,9 +171,7 @@ fn two_panoramas_are_compared() {
     hand.click("Compare");
     hand.click("Environment");
     hand.click("sky");
-    until(&mut hand.window, "second picture", |app| {
-        app.relit().is_some_and(|relit| relit.second.is_some())
-    });
+    until(&mut hand.window, "second picture", |app| app.relit().is_some_and(|relit| relit.second.is_some()));
     hand.done("Compare two HDRIs");
 }
 

@@ -1,15 +1,15 @@
 //! The timeline: the visible part of a long clip, and its keys by keyboard and menus.
 
 use super::{
-    Window, clay, clay_window, click_on, double_click, drag, go, plain_drag, scroll_to, snapshot,
-    type_into, until, until_shown,
+    Window, clay, clay_window, click_on, double_click, drag, go, plain_drag, scroll_to, snapshot, type_into, until,
+    until_shown,
 };
 use afterlight::scene::{LightSetting, Setting};
 use afterlight::studio::{Phase, StudioApp};
 use egui::accesskit::Role;
 use egui::{
-    Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, OutputCommand, PointerButton, Pos2,
-    Shape, TouchPhase, Vec2, ViewportCommand, ViewportId, vec2,
+    Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, OutputCommand, PointerButton, Pos2, Shape, TouchPhase,
+    Vec2, ViewportCommand, ViewportId, vec2,
 };
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::Path;
@@ -117,11 +117,7 @@ fn a_long_clip_is_zoomed_about_the_cursor_moved_and_shown_whole_again() {
     // The scrub bar and the handles cover the same frames.
     let bar = window.get_by_label("Scrub bar").rect();
     let to = key(&window, "Yaw", 1010).x;
-    plain_drag(
-        &mut window,
-        Pos2::new(from.x, bar.center().y + 4.0),
-        Pos2::new(to, bar.center().y + 4.0),
-    );
+    plain_drag(&mut window, Pos2::new(from.x, bar.center().y + 4.0), Pos2::new(to, bar.center().y + 4.0));
     assert_eq!(window.state().state().frame, 1010);
     assert!(window.query_by_label_contains("In point").is_none());
 
@@ -174,9 +170,7 @@ fn a_project_that_is_opened_shows_all_its_frames() {
     zoom(&mut window);
     assert!(sight(&window).is_some());
     super::drop_onto(&mut window, folder.path());
-    until(&mut window, "the project without a network", |app| {
-        matches!(app.status().phase, Phase::Blocked(_))
-    });
+    until(&mut window, "the project without a network", |app| matches!(app.status().phase, Phase::Blocked(_)));
     window.run_steps(3);
     assert_eq!(window.state().state().playback.frames, LONG);
     assert_eq!(sight(&window), None);

@@ -1,8 +1,6 @@
 //! Training in the window: started, paused, stopped, resumed and rolled back.
 
-use super::{
-    TRAINED, Window, clay, snapshot, snapshot_without, told_job, until, until_shown, window,
-};
+use super::{TRAINED, Window, clay, snapshot, snapshot_without, told_job, until, until_shown, window};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::{LossPoint, TrainingPhase, TrainingPictures, TrainingPoint};
 use afterlight::project::Project;
@@ -30,9 +28,7 @@ fn until_step(window: &mut Window, least: u64) {
 
 /// Waits for the end of the job, and until its results on disk are read.
 fn until_over(window: &mut Window) {
-    until(window, "end of the job", |app| {
-        app.status().job.is_none() && app.training().is_current()
-    });
+    until(window, "end of the job", |app| app.status().job.is_none() && app.training().is_current());
 }
 
 fn step_on_disk(project: &Project) -> u64 {
@@ -72,9 +68,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     window.get_by_label("as many as fit. The rate is known after the first seconds");
     window.get_by_label_contains("every 30 s; older checkpoints thin out");
     window.get_by_label_contains("the relit picture, renewed every 30 s");
-    until(&mut window, "frame behind the preview", |app| {
-        matches!(app.footage().picture(), Some(Ok(_)))
-    });
+    until(&mut window, "frame behind the preview", |app| matches!(app.footage().picture(), Some(Ok(_))));
     window.get_by_role_and_label(Role::ComboBox, "Hold out").click();
     window.run_steps(4);
     window.get_by_label("pose01").click();
@@ -146,9 +140,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     until_over(&mut window);
     let records = window.state().training().records.clone().unwrap();
     for step in [first, second] {
-        let aside = |kept: &&afterlight::training::checkpoints::SavedCheckpoint| {
-            kept.aside && kept.info.step == step
-        };
+        let aside = |kept: &&afterlight::training::checkpoints::SavedCheckpoint| kept.aside && kept.info.step == step;
         assert!(records.kept.iter().find(aside).is_some(), "step {step}");
     }
 }
@@ -182,8 +174,7 @@ pub fn trained_project(folder: &Path, steps: u64) -> Project {
         let name = format!("checkpoints/{number:04}-step-{step:07}");
         keep(&folder.join(name), step);
     }
-    let mut log =
-        "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken\n".to_owned();
+    let mut log = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken\n".to_owned();
     let mut judged = "step,seconds,decibels\n".to_owned();
     for step in 1..=steps {
         let [olats, relit] = losses(step);
@@ -203,9 +194,7 @@ fn trained(folder: &Path, steps: u64) -> Window {
     let project = trained_project(folder, steps);
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
-    until(&mut window, "what is on disk", |app| {
-        app.training().records.is_some() && app.relit().is_some()
-    });
+    until(&mut window, "what is on disk", |app| app.training().records.is_some() && app.relit().is_some());
     until_shown(&mut window);
     window
 }
@@ -317,9 +306,7 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
-    until(&mut window, "what is on disk", |app| {
-        app.training().records.is_some() && app.relit().is_some()
-    });
+    until(&mut window, "what is on disk", |app| app.training().records.is_some() && app.relit().is_some());
     window.get_by_label("Calibrate");
     // This shoot has no frames on disk, so the question has no backdrop.
     until(&mut window, "look at the interview", |app| app.footage().picture().is_some());
@@ -337,9 +324,7 @@ fn a_training_that_cannot_be_read_says_why() {
     std::fs::write(&table, "weights = 3\n").unwrap();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
-    until(&mut window, "what is on disk", |app| {
-        app.training().records.is_some() && app.relit().is_some()
-    });
+    until(&mut window, "what is on disk", |app| app.training().records.is_some() && app.relit().is_some());
     window.get_by_label("The training cannot be read");
     let sentence = window.state().training().records.clone().unwrap();
     assert!(sentence.failure.as_ref().unwrap().contains("checkpoint.toml"));
@@ -363,8 +348,7 @@ fn a_training_whose_time_is_up_is_given_more_or_refused() {
         held_out: None,
     };
     let weights = checkpoint::weight_bytes(&network).unwrap();
-    let state =
-        TrainingState { average_weights: None, live_weights: weights.clone(), optimizer: weights };
+    let state = TrainingState { average_weights: None, live_weights: weights.clone(), optimizer: weights };
     checkpoint::save(&project.checkpoint_path(), &info, &network, &state).unwrap();
     let opened = project.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));

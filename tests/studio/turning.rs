@@ -1,8 +1,7 @@
 //! Rotation of the environment: its number and the compass show it, and a drag or a click changes it.
 
 use super::{
-    Window, clay, click_at, click_on, go, plain_drag, scroll_to, type_into, until, until_labelled,
-    until_shown, window,
+    Window, clay, click_at, click_on, go, plain_drag, scroll_to, type_into, until, until_labelled, until_shown, window,
 };
 use afterlight::studio::StudioApp;
 use egui::accesskit::Role;

@@ -1,8 +1,8 @@
 //! Viewing settings of the picture, which are never exported, and the scopes, which count the visible picture.
 
 use super::{
-    MIDDLE, Window, brightness, clay, click_on, picture, plain_drag, snapshot, until,
-    until_labelled, until_shown, window,
+    MIDDLE, Window, brightness, clay, click_on, picture, plain_drag, snapshot, until, until_labelled, until_shown,
+    window,
 };
 use afterlight::color_config::ColorConfig;
 use afterlight::project::Project;
@@ -35,9 +35,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
     let (folder, mut window) = crate::new_window();
     window.key_press(Key::W);
     until_shown(&mut window);
-    until(&mut window, "second picture", |app| {
-        app.relit().is_some_and(|relit| relit.second.is_some())
-    });
+    until(&mut window, "second picture", |app| app.relit().is_some_and(|relit| relit.second.is_some()));
     let plain = window.state().relit().unwrap().clone();
     let look = window.state().state().look.clone();
     let saved = folder.path().join("look.json");
@@ -46,9 +44,7 @@ fn a_viewing_exposure_brightens_both_pictures_and_is_no_part_of_the_look() {
     let seen = window.state().relit().unwrap().clone();
     assert_eq!(seen.scene.viewing.exposure_stops, 1.0);
     assert!(brightness(&seen.rgb) > brightness(&plain.rgb));
-    let second = |relit: &afterlight::worker::PreviewPicture| {
-        brightness(&relit.second.as_ref().unwrap().1.rgb)
-    };
+    let second = |relit: &afterlight::worker::PreviewPicture| brightness(&relit.second.as_ref().unwrap().1.rgb);
     assert!(second(&seen) > second(&plain), "the other picture, too");
     assert_eq!(seen.linear, plain.linear, "the light stays");
     // Shown over the picture and beside the readout.
@@ -172,9 +168,7 @@ fn a_view_of_a_colour_configuration_is_looked_through_and_left_again() {
     until(&mut window, "table of the view", is_through);
     until_shown(&mut window);
     // The same light through the configuration itself, pixel by pixel.
-    let view = ColorConfig::open(config)
-        .and_then(|config| config.to_view(None, Some(VIEW), None))
-        .unwrap();
+    let view = ColorConfig::open(config).and_then(|config| config.to_view(None, Some(VIEW), None)).unwrap();
     let exact = view.encoded(relit.linear.as_ref().unwrap()).0;
     let exact = exact.pixels.iter().flatten().map(|code| code * 255.0);
     let seen = picture(&window);

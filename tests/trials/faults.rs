@@ -95,13 +95,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<[FaultRow; 2]> {
     Ok([checked(Fault::None)?, checked(drawn)?])
 }
 
-fn with_fault(
-    shoot: &Path,
-    seed: u64,
-    size: usize,
-    fault: Fault,
-    random: &mut ChaCha8Rng,
-) -> Result<FaultRow> {
+fn with_fault(shoot: &Path, seed: u64, size: usize, fault: Fault, random: &mut ChaCha8Rng) -> Result<FaultRow> {
     let folder = trial::temporary_folder()?;
     let copy = folder.path().join("shoot");
     copied(shoot, &copy)?;
@@ -230,14 +224,11 @@ fn changed(path: &Path, change: impl FnOnce(&Raster<[f32; 3]>) -> Raster<[f32; 3
 
 /// Gives each file the content of the next, the last that of the first.
 fn rotated(files: &[&PathBuf]) -> Result<()> {
-    let read = |path: &&PathBuf| {
-        std::fs::read(path).map_err(|e| Error::io("read", path, e, "Make the shoots again"))
-    };
+    let read = |path: &&PathBuf| std::fs::read(path).map_err(|e| Error::io("read", path, e, "Make the shoots again"));
     let mut contents = files.iter().map(read).collect::<Result<Vec<_>>>()?;
     contents.rotate_left(1);
     files.iter().zip(contents).try_for_each(|(path, bytes)| {
-        std::fs::write(path, bytes)
-            .map_err(|e| Error::io("write", path, e, "Make room on the disk"))
+        std::fs::write(path, bytes).map_err(|e| Error::io("write", path, e, "Make room on the disk"))
     })
 }
 
@@ -251,15 +242,12 @@ pub fn section(rows: &[FaultRow]) -> String {
         counts[2] += usize::from(row.named);
         counts[3] += usize::from(row.corrected);
     }
-    let Some([good, accused, ..]) = faults.remove(&Fault::None) else {
-        return String::new();
-    };
+    let Some([good, accused, ..]) = faults.remove(&Fault::None) else { return String::new() };
     let all = faults.values().fold([0; 4], |sum, counts| [0, 1, 2, 3].map(|i| sum[i] + counts[i]));
     let line = |(title, [count, found, named, corrected]): (&str, [usize; 4])| {
         format!("| {title} | {count} | {found} | {named} | {corrected} |\n")
     };
-    let lines: String =
-        faults.iter().map(|(fault, counts)| line((fault.title(), *counts))).collect();
+    let lines: String = faults.iter().map(|(fault, counts)| line((fault.title(), *counts))).collect();
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
     format!(
         "

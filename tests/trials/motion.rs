@@ -37,11 +37,7 @@ impl MotionColumns {
         let mut columns = Self::default();
         let (mut moved, mut left) = (0.0, 0.0);
         for pose in &found.poses {
-            let number = pose
-                .pose
-                .trim_start_matches(|c: char| !c.is_ascii_digit())
-                .parse()
-                .unwrap_or(usize::MAX);
+            let number = pose.pose.trim_start_matches(|c: char| !c.is_ascii_digit()).parse().unwrap_or(usize::MAX);
             let is = way(&truth[number], lamps.len());
             let largest = is.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
             let off = (f64::from(pose.largest_px) - largest).abs();
@@ -66,9 +62,7 @@ impl MotionColumns {
 
 /// A true path, less its mean; zero for a still subject.
 fn way(truth: &Value, lamps: usize) -> Way {
-    let mut way: Way = (0..lamps)
-        .map(|lamp| [0, 1].map(|axis| truth[lamp][axis].as_f64().unwrap_or(0.0)))
-        .collect();
+    let mut way: Way = (0..lamps).map(|lamp| [0, 1].map(|axis| truth[lamp][axis].as_f64().unwrap_or(0.0))).collect();
     let mean = [0, 1].map(|k: usize| way.iter().map(|p| p[k]).sum::<f64>() / lamps.max(1) as f64);
     for place in &mut way {
         *place = [place[0] - mean[0], place[1] - mean[1]];
@@ -81,8 +75,7 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
     let at = |lamp: &&str| {
         let place = order.iter().position(|name| name == lamp);
         let shift = place.and_then(|place| pose.shifts.get(place));
-        shift
-            .map_or([0.0; 2], |s| [0, 1].map(|axis| size as f64 * f64::from(s[axis] + s[axis + 2])))
+        shift.map_or([0.0; 2], |s| [0, 1].map(|axis| size as f64 * f64::from(s[axis] + s[axis + 2])))
     };
     lamps.iter().map(at).collect()
 }
@@ -99,9 +92,7 @@ pub fn section(rows: &[&Row]) -> String {
     }
     type Count = fn(&MotionColumns) -> usize;
     let sum = |of: &[&MotionColumns], count: Count| of.iter().map(|m| count(m)).sum::<usize>();
-    let share = |of: &[&MotionColumns], count: Count| {
-        100.0 * sum(of, count) as f64 / sum(of, |m| m.poses) as f64
-    };
+    let share = |of: &[&MotionColumns], count: Count| 100.0 * sum(of, count) as f64 / sum(of, |m| m.poses) as f64;
     let mean_square = |of: fn(&MotionColumns) -> f64| {
         let squares = swaying.iter().map(|m| m.poses as f64 * of(m).powi(2));
         (squares.sum::<f64>() / sum(&swaying, |m| m.poses) as f64).sqrt()

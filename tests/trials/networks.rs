@@ -91,11 +91,9 @@ impl Training<'_> {
         ];
         let exact = folder.path().join("exact");
         let exact = self.network(&shoot, &exact, Some(&response(&truth)))?;
-        let relit =
-            |scores: &Value, environment: &str| number(&scores["relit_psnr_db"][environment]);
+        let relit = |scores: &Value, environment: &str| number(&scores["relit_psnr_db"][environment]);
         let environments = found["relit_psnr_db"].as_object();
-        let environments =
-            environments.ok_or_else(|| Error::bug("evaluate --json lists no environment"))?;
+        let environments = environments.ok_or_else(|| Error::bug("evaluate --json lists no environment"))?;
         Ok(environments
             .keys()
             .map(|environment| Pair {
@@ -121,14 +119,7 @@ impl Training<'_> {
         Program(self.program).json(&["import", &project, "--shoot", &shoot, "--size", &size])?;
         let by_hand = response.map_or(vec![], |response| vec!["--gamma", response]);
         Program(self.program).json(&[&["calibrate", &project], &by_hand[..]].concat())?;
-        Program(self.program).json(&[
-            "train",
-            &project,
-            "--epochs",
-            &epochs,
-            "--exclude-truth",
-            &shoot,
-        ])?;
+        Program(self.program).json(&["train", &project, "--epochs", &epochs, "--exclude-truth", &shoot])?;
         Program(self.program).json(&["evaluate", &project, "--truth", &shoot])
     }
 }

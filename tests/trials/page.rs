@@ -63,10 +63,9 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     let mut gamma = Plot::new("γ found and true", SIZE, axis("true"), axis("found ± σ"));
     gamma.line([(1.0, 1.0), (4.0, 4.0)], GREY, true);
     for row in rows {
-        for (x, y, deviation, colour) in [
-            (row.gamma1, row.found1, row.deviation1, BLUE),
-            (row.gamma2, row.found2, row.deviation2, ORANGE),
-        ] {
+        for (x, y, deviation, colour) in
+            [(row.gamma1, row.found1, row.deviation1, BLUE), (row.gamma2, row.found2, row.deviation2, ORANGE)]
+        {
             gamma.bar((x, y - deviation), (x, y + deviation), colour);
             gamma.point((x, y), 2, colour);
         }
@@ -74,12 +73,7 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     gamma.name("γ1", BLUE);
     gamma.name("γ2", ORANGE);
 
-    let mut covered = Plot::new(
-        "How often the truth is inside",
-        SIZE,
-        share("what is stated"),
-        share("what holds"),
-    );
+    let mut covered = Plot::new("How often the truth is inside", SIZE, share("what is stated"), share("what holds"));
     covered.line([(0.0, 0.0), (1.0, 1.0)], GREY, true);
     let both = [0, 1].map(|i| rows.iter().map(|row| gammas(row)[i]).collect::<Vec<_>>());
     for (estimates, name, colour) in
@@ -96,8 +90,7 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
         covered.name(name, colour);
     }
 
-    let mut errors =
-        shares_below("Error of γ and of ln exposure", ("error", 0.5, 0.1), "share of values below");
+    let mut errors = shares_below("Error of γ and of ln exposure", ("error", 0.5, 0.1), "share of values below");
     errors.distribution(all_gammas(rows).iter().map(|e| e.off.abs()), BLUE);
     errors.distribution(exposures(rows).iter().map(|e| e.off.abs()), GREEN);
     errors.name("γ", BLUE);
@@ -113,11 +106,8 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     light.name("found", BLUE);
     light.name("best that the lamps can be", GREY);
 
-    let mut directions = shares_below(
-        "Error of the lamps' directions",
-        ("degrees", 20.0, 5.0),
-        "share of shoots below",
-    );
+    let mut directions =
+        shares_below("Error of the lamps' directions", ("degrees", 20.0, 5.0), "share of shoots below");
     directions.distribution(rows.iter().map(|row| row.direction_median), BLUE);
     directions.distribution(rows.iter().map(|row| row.direction_worst), ORANGE);
     directions.name("median lamp", BLUE);
@@ -155,14 +145,12 @@ const GROUPS: &[(&str, Belongs)] = &[
 /// The page down to its plots, from all trials and the calibrated ones.
 fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     let (gammas, exposures) = (all_gammas(rows), exposures(rows));
-    let off =
-        |estimates: &[Estimate], share: f64| quantile(estimates.iter().map(|e| e.off.abs()), share);
+    let off = |estimates: &[Estimate], share: f64| quantile(estimates.iter().map(|e| e.off.abs()), share);
     let sure = |estimates: &[Estimate]| estimates.iter().filter(|e| e.is_sure_and_wrong()).count();
     let size = trials.first().map_or(0, |row| row.size);
     let refused = trials.len() - rows.len();
     let named = rows.iter().filter(|row| row.within1 == 0.0).count();
-    let figure =
-        |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
+    let figure = |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
     let seconds: f64 = trials.iter().map(|row| row.seconds + row.shoot_seconds).sum();
     format!(
         "# Robustness of the calibration
@@ -273,9 +261,7 @@ fn wrong(rows: &[&Row]) -> String {
 
 /// Cost of the calibration in the picture, if networks were trained.
 fn networks(pairs: &[Pair]) -> String {
-    let Some(first) = pairs.first() else {
-        return String::new();
-    };
+    let Some(first) = pairs.first() else { return String::new() };
     let losses = || pairs.iter().map(Pair::loss);
     format!(
         "\n## Cost in the picture

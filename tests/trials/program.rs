@@ -93,8 +93,7 @@ fn calibrations(options: &Options) -> Result<Vec<Row>> {
         trial::remove(&shoots)?;
     }
     let mut rows: Vec<Row> = kept(options, &path)?;
-    let is_made =
-        |rows: &[Row], seed| (rows.iter()).any(|r| (r.seed, r.size) == (seed, options.size));
+    let is_made = |rows: &[Row], seed| (rows.iter()).any(|r| (r.seed, r.size) == (seed, options.size));
     for seed in options.seeds() {
         if !is_made(&rows, seed) {
             let row = trial::run(seed, options.size, &shoots)?;
@@ -127,8 +126,7 @@ fn faults(options: &Options) -> Result<Vec<FaultRow>> {
 fn pairs(options: &Options) -> Result<Vec<Pair>> {
     let path = options.tables.join("networks.csv");
     let mut pairs: Vec<Pair> = kept(options, &path)?;
-    let training =
-        Training { program: &options.program, size: options.size, epochs: options.epochs };
+    let training = Training { program: &options.program, size: options.size, epochs: options.epochs };
     let is_made = |pairs: &[Pair], seed| {
         let wanted = (seed, training.size, training.epochs);
         pairs.iter().any(|p| (p.seed, p.size, p.epochs) == wanted)

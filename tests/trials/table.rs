@@ -27,8 +27,7 @@ pub fn read<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>> {
         let row: Map<String, Value> = (cells.filter(|(_, cell)| !cell.is_empty()))
             .map(|(name, cell)| ((*name).to_owned(), value(cell)))
             .collect();
-        serde_json::from_value(Value::Object(row))
-            .map_err(|e| Error::codec("read", path, e, REMEDY))
+        serde_json::from_value(Value::Object(row)).map_err(|e| Error::codec("read", path, e, REMEDY))
     });
     rows.collect()
 }

@@ -40,8 +40,7 @@ fn the_table_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep/results.csv");
     assert_eq!(table::read::<Row>(&path).unwrap(), []);
-    let refused =
-        Row { refused: "the balls show nothing, not even a rim".into(), ..Row::default() };
+    let refused = Row { refused: "the balls show nothing, not even a rim".into(), ..Row::default() };
     let rows = [row(1), row(3), refused];
     table::write(&path, &rows).unwrap();
     let read: Vec<Row> = table::read(&path).unwrap();
@@ -71,8 +70,7 @@ fn coverage_counts_what_was_stated() {
 fn the_page_says_what_was_sure_and_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robustness.md");
-    let pair =
-        Pair { seed: 1, environment: "nave".into(), found: 29.5, exact: 30.0, ..Pair::default() };
+    let pair = Pair { seed: 1, environment: "nave".into(), found: 29.5, exact: 30.0, ..Pair::default() };
     let fault = |fault, found, named| FaultRow { fault, found, named, ..FaultRow::default() };
     let faults = [
         fault(Fault::None, true, false),
@@ -86,29 +84,19 @@ fn the_page_says_what_was_sure_and_wrong() {
     assert!(text.contains("Of 2 faults 100 % are found and 50 % named"), "{text}");
     assert!(text.contains("| OLATs of one pose shifted by one | 1 | 1 | 1 | 0 |"), "{text}");
     assert!(!text.contains("The subject's motion"), "{text}");
-    assert!(
-        text.contains("| values of γ (of 4) beyond five stated deviations | 0 | 2 |"),
-        "{text}"
-    );
+    assert!(text.contains("| values of γ (of 4) beyond five stated deviations | 0 | 2 |"), "{text}");
     assert!(text.contains("| 2 | window | dual | 2.50, 1.90 |"));
     assert!(text.contains("costs 0.50 dB in the median"), "{text}");
     for plot in ["gamma", "coverage", "errors", "light", "directions"] {
         assert!(text.contains(&format!("(robustness/{plot}.svg)")));
-        let svg =
-            std::fs::read_to_string(folder.path().join(format!("robustness/{plot}.svg"))).unwrap();
+        let svg = std::fs::read_to_string(folder.path().join(format!("robustness/{plot}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.len() < 100_000 && !svg.contains("NaN"));
     }
 }
 
 /// The calibration's estimate for one pose under four lamps.
 fn said(pose: &str, largest_px: f32, shifts: Vec<[f32; 4]>) -> PoseMotion {
-    PoseMotion {
-        pose: pose.into(),
-        largest_px,
-        deviation_px: 0.25,
-        corrected: !shifts.is_empty(),
-        shifts,
-    }
+    PoseMotion { pose: pose.into(), largest_px, deviation_px: 0.25, corrected: !shifts.is_empty(), shifts }
 }
 
 #[test]
@@ -123,11 +111,8 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
         lamps: ["a", "c", "b", "d"].map(String::from).to_vec(),
         poses,
     };
-    let poses = vec![
-        said("pose00", 1.0, there_and_back.clone()),
-        said("pose01", 0.6, vec![]),
-        said("pose02", 0.0, vec![]),
-    ];
+    let poses =
+        vec![said("pose00", 1.0, there_and_back.clone()), said("pose01", 0.6, vec![]), said("pose02", 0.0, vec![])];
     let sway = [[11.0, 5.0], [9.0, 5.0], [11.0, 5.0], [9.0, 5.0]];
     let faint = sway.map(|[x, y]| [0.2 * x, y]);
     let truth = serde_json::json!([sway, sway, faint]);
@@ -170,8 +155,7 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
 fn a_trial_is_the_same_each_time() {
     let without_times = |row: Row| Row { seconds: 0.0, shoot_seconds: 0.0, ..row };
     let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let [first, second] =
-        folders.each_ref().map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
+    let [first, second] = folders.each_ref().map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
     assert_eq!(first, second);
     assert!(first.refused.is_empty(), "{first}");
     // An existing shoot is calibrated again.
@@ -199,9 +183,7 @@ fn a_fault_changes_its_own_files() {
     let code = |pose: u8, lamp: u8| 10 * pose + lamp + 1;
     let changes = |fault: Fault| {
         let folder = tempfile::tempdir().unwrap();
-        let olat = |pose: u8, lamp: u8| {
-            folder.path().join(format!("exemplars/pose{pose}")).join(format!("{lamp}.png"))
-        };
+        let olat = |pose: u8, lamp: u8| folder.path().join(format!("exemplars/pose{pose}")).join(format!("{lamp}.png"));
         for pose in 0..2 {
             std::fs::create_dir_all(olat(pose, 0).parent().unwrap()).unwrap();
             for lamp in 0..LAMPS {
@@ -214,9 +196,7 @@ fn a_fault_changes_its_own_files() {
         write_png(&ball, &Encoded(Raster::from_fn(4, 2, |x, _| [x as f32 / 4.0; 3]))).unwrap();
         faults::put(fault, &mut ChaCha8Rng::seed_from_u64(7), folder.path()).unwrap();
         let first = |path: &Path| 255.0 * read_encoded(path).unwrap().0.at(0, 0)[0];
-        let is_changed = |pose: u8, lamp: u8| {
-            (first(&olat(pose, lamp)) - f32::from(code(pose, lamp))).abs() > 0.5
-        };
+        let is_changed = |pose: u8, lamp: u8| (first(&olat(pose, lamp)) - f32::from(code(pose, lamp))).abs() > 0.5;
         let changed = |pose: u8| (0..LAMPS).filter(|lamp| is_changed(pose, *lamp)).count();
         let changed = [0, 1].map(changed).into_iter().filter(|olats| *olats > 0);
         (changed.collect::<Vec<_>>(), first(&ball) > 100.0)

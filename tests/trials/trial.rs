@@ -51,9 +51,8 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let import = ImportSettings { size, seed, layer: None };
     let start = Instant::now();
     let silent = Progress::silent();
-    let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {
-        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent)
-    });
+    let calibrated = footage::import(&project, &shoot, &import, &silent)
+        .and_then(|mut project| calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent));
     let seconds = start.elapsed().as_secs_f64();
     Ok(match calibrated {
         Ok(found) => truth.compare(&found, Row { seconds, ..row }),
@@ -83,9 +82,7 @@ pub fn shoot(seed: u64, size: usize, shoots: &Path) -> Result<PathBuf> {
 /// When it cannot be removed.
 pub fn remove(folder: &Path) -> Result<()> {
     match std::fs::remove_dir_all(folder) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-            Err(Error::io("remove", folder, e, "Remove it by hand"))
-        }
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", folder, e, "Remove it by hand")),
         _ => Ok(()),
     }
 }
@@ -95,8 +92,7 @@ pub fn remove(folder: &Path) -> Result<()> {
 /// # Errors
 /// When it cannot be made.
 pub fn temporary_folder() -> Result<TempDir> {
-    tempfile::tempdir()
-        .map_err(|e| Error::io("make", Path::new("a temporary folder"), e, "Make room on the disk"))
+    tempfile::tempdir().map_err(|e| Error::io("make", Path::new("a temporary folder"), e, "Make room on the disk"))
 }
 
 /// Reads a JSON file.
@@ -122,11 +118,9 @@ struct Truth {
 
 impl Truth {
     fn read(shoot: &Path, size: usize) -> Result<Self> {
-        let (facts, manifest) =
-            (json(&shoot.join("truth.json"))?, json(&shoot.join("manifest.json"))?);
-        let directions: Vec<Vec3> = list(&manifest["bank_directions"])
-            .map(|d| Vec3::from(numbers(d).map(|v| v as f32)))
-            .collect();
+        let (facts, manifest) = (json(&shoot.join("truth.json"))?, json(&shoot.join("manifest.json"))?);
+        let directions: Vec<Vec3> =
+            list(&manifest["bank_directions"]).map(|d| Vec3::from(numbers(d).map(|v| v as f32))).collect();
         let frame = facts["truth_frames"][0].as_u64().unwrap_or(0);
         let truth = shoot.join("truth");
         let scaled = |image: Image, exposure: &str| {
@@ -181,10 +175,8 @@ impl Truth {
     fn compare(&self, found: &Calibration, row: Row) -> Row {
         let (curve, _) = found.response.nearest_dual_gamma();
         let [within1, within2, within_exposure] = within(&found.gamma_evidence.intervals, &row);
-        let light: Vec<[f64; 3]> =
-            found.interview_light().iter().map(|w| w.map(f64::from)).collect();
-        let is: Vec<[f64; 3]> =
-            list(&self.facts["weights_linear_interview_per_olat"]).map(numbers).collect();
+        let light: Vec<[f64; 3]> = found.interview_light().iter().map(|w| w.map(f64::from)).collect();
+        let is: Vec<[f64; 3]> = list(&self.facts["weights_linear_interview_per_olat"]).map(numbers).collect();
         let (mut off, mut sum) = (0.0, 0.0);
         for (light, is) in light.iter().flatten().zip(is.iter().flatten()) {
             off += (light - is).abs();
@@ -219,9 +211,8 @@ impl Truth {
             direction_median: angles.get(angles.len() / 2).copied().unwrap_or(180.0),
             direction_worst: trusted.iter().copied().fold(0.0, f64::max),
             misled: trusted.iter().filter(|a| **a > MISLEADING_DEG).count(),
-            motion: (found.motion.as_ref()).map_or_else(MotionColumns::default, |motion| {
-                MotionColumns::new(motion, sway, &names, row.size)
-            }),
+            motion: (found.motion.as_ref())
+                .map_or_else(MotionColumns::default, |motion| MotionColumns::new(motion, sway, &names, row.size)),
             ..row
         }
     }
@@ -252,8 +243,7 @@ fn within(intervals: &[Interval], truth: &Row) -> [f64; 3] {
             let [low, high] = range(interval).map(f64::from);
             (low..=high).contains(&truth)
         };
-        (intervals.iter().find(holds))
-            .map_or(OUTSIDE, |i| (f64::from(i.probability) * 1e4).round() / 1e4)
+        (intervals.iter().find(holds)).map_or(OUTSIDE, |i| (f64::from(i.probability) * 1e4).round() / 1e4)
     };
     [
         smallest(|i| i.gamma1, truth.gamma1),

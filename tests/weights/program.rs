@@ -35,12 +35,7 @@ impl Case {
 }
 
 /// All subjects under all environments at `yaws` yaws, a whole number of columns apart.
-fn cases(
-    shoot: &Shoot,
-    subjects: &[Subject],
-    environments: &[Environment],
-    yaws: usize,
-) -> Vec<Case> {
+fn cases(shoot: &Shoot, subjects: &[Subject], environments: &[Environment], yaws: usize) -> Vec<Case> {
     let partitions = KINDS.map(|kind| Partition::new(kind, &shoot.rig));
     let turns = environments.len() * yaws;
     (0..turns)
@@ -49,9 +44,7 @@ fn cases(
             let (environment, columns) = (turn / yaws, turn % yaws * Partition::WIDTH / yaws);
             let panorama = environments[environment].reduced(stage::COLUMNS);
             let yaw_deg = 360.0 * columns as f32 / Partition::WIDTH as f32;
-            let kinds = partitions
-                .each_ref()
-                .map(|partition| partition.weights(&panorama, yaw_deg).per_lamp);
+            let kinds = partitions.each_ref().map(|partition| partition.weights(&panorama, yaw_deg).per_lamp);
             let lamps = shoot.lamps_under(&panorama, columns * stage::COLUMNS / Partition::WIDTH);
             let cases = subjects.iter().enumerate().map(|(subject, pixels)| {
                 let truth = pixels.under_lamps(&lamps);
@@ -71,11 +64,8 @@ fn cases(
 
 /// The built-in environments, then those of the shared data, by name.
 fn environments() -> Vec<Environment> {
-    let mut found: Vec<Environment> =
-        (built_in::all().iter()).map(|own| (*own.environment()).clone()).collect();
-    let Some(folder) = test_support::shared("data/hdri") else {
-        return found;
-    };
+    let mut found: Vec<Environment> = (built_in::all().iter()).map(|own| (*own.environment()).clone()).collect();
+    let Some(folder) = test_support::shared("data/hdri") else { return found };
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|file| file.unwrap().path())
@@ -95,8 +85,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 fn main() -> std::io::Result<()> {
     let (known, random) = (environments(), random::environments(96, 7));
     let shoot = Shoot::new(41);
-    let looks: Vec<(u64, usize)> =
-        (0..stage::LOOKS.len()).map(|look| (31 + look as u64, look)).collect();
+    let looks: Vec<(u64, usize)> = (0..stage::LOOKS.len()).map(|look| (31 + look as u64, look)).collect();
     let subjects = stage::subjects(&shoot, 48, &looks, 2);
     let text = table(
         &subjects,

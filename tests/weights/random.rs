@@ -31,8 +31,7 @@ fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
         Vec3::new(across * turn.cos(), y, across * turn.sin())
     };
     let lamps: Vec<Vec3> = (0..count).map(|_| direction(kind == 3)).collect();
-    let (up, patches): (Vec3, Vec<Vec3>) =
-        (direction(true), (0..12).map(|_| direction(true)).collect());
+    let (up, patches): (Vec3, Vec<Vec3>) = (direction(true), (0..12).map(|_| direction(true)).collect());
     let lamps: Vec<(Vec3, f32, [f32; 3])> = (lamps.into_iter())
         .map(|lamp| {
             let radius_deg = match kind {
@@ -45,16 +44,14 @@ fn environment(kind: usize, random: &mut ChaCha8Rng) -> Environment {
             (lamp, radius_deg, [0; 3].map(|_| power * within(0.6, 1.0)))
         })
         .collect();
-    let patches: Vec<(Vec3, f32, f32)> = (patches.into_iter())
-        .map(|patch| (patch, within(-2.0, 2.0).exp(), within(0.02, 0.6)))
-        .collect();
+    let patches: Vec<(Vec3, f32, f32)> =
+        (patches.into_iter()).map(|patch| (patch, within(-2.0, 2.0).exp(), within(0.02, 0.6))).collect();
     let (slope, colour) = (within(0.0, 0.95), [0; 3].map(|_| within(0.3, 1.0)));
     // Relative power of the room's lamps: from a tenth to a hundred times the rest.
     let ratio = within(0.1f32.ln(), 100f32.ln()).exp();
     let even = Image::from_fn(COLUMNS, COLUMNS / 2, |x, y| {
         let at = texel_direction(x, y, COLUMNS, COLUMNS / 2);
-        let patch =
-            |(to, power, size): &(Vec3, f32, f32)| power * ((at.dot(*to) - 1.0) / size).exp();
+        let patch = |(to, power, size): &(Vec3, f32, f32)| power * ((at.dot(*to) - 1.0) / size).exp();
         let level = match kind {
             3 => patches.iter().map(patch).sum(),
             _ => 1.0 + slope * at.dot(up),

@@ -46,18 +46,14 @@ impl Shoot {
             let count = members[i].len() as f32;
             Lamp {
                 energy: [count * dome.lamp_solid_angle(); 3],
-                spread_deg: (members[i].iter().map(square).sum::<f32>() / count)
-                    .sqrt()
-                    .to_degrees(),
+                spread_deg: (members[i].iter().map(square).sum::<f32>() / count).sqrt().to_degrees(),
                 ..Lamp::new(format!("olat_{i:02}"), *direction)
             }
         };
         let texels = (0..COLUMNS * COLUMNS / 2).into_par_iter();
         Self {
             rig: Rig { lamps: lit.banks.iter().enumerate().map(lamp).collect() },
-            owners: texels
-                .map(|i| nearest(texel_direction(i % COLUMNS, i / COLUMNS, COLUMNS, COLUMNS / 2)))
-                .collect(),
+            owners: texels.map(|i| nearest(texel_direction(i % COLUMNS, i / COLUMNS, COLUMNS, COLUMNS / 2))).collect(),
             banks: members,
         }
     }
@@ -159,8 +155,7 @@ pub fn subjects(shoot: &Shoot, size: usize, looks: &[(u64, usize)], poses: usize
     let mut subjects = Vec::new();
     for &(seed, look) in looks {
         let look = &LOOKS[look];
-        let mut settings =
-            StageSettings { frames: 8, size, seed, lamps: LAMPS, ..StageSettings::default() };
+        let mut settings = StageSettings { frames: 8, size, seed, lamps: LAMPS, ..StageSettings::default() };
         (look.set)(&mut settings);
         let folder = tempfile::tempdir().unwrap();
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
@@ -215,7 +210,6 @@ pub fn psnr(picture: &[Rgb], truth: &[Rgb]) -> f64 {
     let level = f64::from(values[low]) * (1.0 - share) + f64::from(high) * share;
     let encode = |v: f64| (0.5 * v / level).clamp(0.0, 1.0).powf(1.0 / 2.2);
     let pairs = picture.as_flattened().iter().zip(truth.as_flattened());
-    let squares =
-        pairs.map(|(p, t)| (encode(f64::from(*p) * scale) - encode(f64::from(*t))).powi(2));
+    let squares = pairs.map(|(p, t)| (encode(f64::from(*p) * scale) - encode(f64::from(*t))).powi(2));
     -10.0 * (squares.sum::<f64>() / values.len() as f64).log10()
 }

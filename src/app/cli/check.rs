@@ -114,22 +114,19 @@ impl CheckArgs {
                 "Leave --mhl, --frames, --rate and --allow-repeats out, or name a shot's frames",
             ));
         }
-        let job =
-            Job::Check { project: project.to_path_buf(), environments: self.environment.clone() };
+        let job = Job::Check { project: project.to_path_buf(), environments: self.environment.clone() };
         let console = Console::new(self.output.json);
         let outcome = console.run(|progress| job.run(progress))?;
         console.finish(&outcome, || format!("{}\n{HARD_CASES}", outcome.sentence()))?;
         match outcome {
-            Outcome::Checked(report) if self.strict && report.level != Level::Good => {
-                Err(Error::invalid(
-                    format!(
-                        "{} of {} checks are not green",
-                        report.checks.len() - report.count(Level::Good),
-                        report.checks.len()
-                    ),
-                    "Do what they say, or check without --strict",
-                ))
-            }
+            Outcome::Checked(report) if self.strict && report.level != Level::Good => Err(Error::invalid(
+                format!(
+                    "{} of {} checks are not green",
+                    report.checks.len() - report.count(Level::Good),
+                    report.checks.len()
+                ),
+                "Do what they say, or check without --strict",
+            )),
             _ => Ok(()),
         }
     }
@@ -147,11 +144,8 @@ impl CheckArgs {
 
     /// Checks all frames of a shot.
     fn check_shot(&self) -> Result<()> {
-        let settings = Requirements {
-            frames: self.shot.frames,
-            rate: self.shot.rate,
-            allow_repeats: self.shot.allow_repeats,
-        };
+        let settings =
+            Requirements { frames: self.shot.frames, rate: self.shot.rate, allow_repeats: self.shot.allow_repeats };
         let console = Console::new(self.output.json);
         let report = console.run(|progress| {
             let mut report = ShotReport::new(&self.named, &settings, progress)?;
@@ -182,18 +176,12 @@ impl CheckArgs {
 
     /// Turns faults and remarks into the exit code of a shot.
     fn conclude(&self, shot: &str, faults: &[Fault], remarks: &[Remark]) -> Result<()> {
-        let count = |count: usize, what: &str| {
-            format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-        };
+        let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         // Remarks about optional features are printed, but do not fail a strict check.
         let open = |remark: &&Remark| !["layers", "data_window"].contains(&&*remark.kind);
         match (faults, remarks.iter().find(open)) {
             ([first, ..], _) => Err(Error::invalid(
-                format!(
-                    "{shot} has {}. The first: {}",
-                    count(faults.len(), "fault"),
-                    first.sentence
-                ),
+                format!("{shot} has {}. The first: {}", count(faults.len(), "fault"), first.sentence),
                 "Export the named frames again, and check the shot again",
             )),
             ([], Some(open)) if self.strict => Err(Error::invalid(
@@ -207,11 +195,7 @@ impl CheckArgs {
     /// Rebuilds a picture from its light layers.
     fn check_layers(&self, file: &Path) -> Result<()> {
         let found = Rebuild::of_file(file)?;
-        let figures = LayersReport {
-            file,
-            found,
-            level: if found.is_exact() { Level::Good } else { Level::Bad },
-        };
+        let figures = LayersReport { file, found, level: if found.is_exact() { Level::Good } else { Level::Bad } };
         Console::new(self.output.json).finish(&figures, || found.file_sentence(file))?;
         if self.strict && !found.is_exact() {
             return Err(Error::invalid(

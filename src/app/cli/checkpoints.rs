@@ -55,9 +55,8 @@ impl CheckpointsArgs {
 
 fn line(kept: &SavedCheckpoint) -> String {
     let info = &kept.info;
-    let judged = info.held_out.map_or(String::new(), |judged| {
-        format!(", {:.2} dB on pose {}", judged.decibels, judged.pose)
-    });
+    let judged =
+        info.held_out.map_or(String::new(), |judged| format!(", {:.2} dB on pose {}", judged.decibels, judged.pose));
     format!(
         "{} step {:>7} after {:>7.0} s, {:.1} MB{judged}{}",
         kept.name,

@@ -44,11 +44,7 @@ impl Console {
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let terminal = std::io::stderr().is_terminal();
-        Self {
-            json,
-            control,
-            bar: Mutex::new(Bar { stage: "", bar, terminal, printed: Instant::now() }),
-        }
+        Self { json, control, bar: Mutex::new(Bar { stage: "", bar, terminal, printed: Instant::now() }) }
     }
 
     /// Runs `work` with its progress shown here.
@@ -78,11 +74,7 @@ impl Console {
     ///
     /// # Errors
     /// As [`print`], and when the figures contain a path that JSON cannot hold.
-    pub fn finish(
-        &self,
-        figures: &impl Serialize,
-        sentences: impl FnOnce() -> String,
-    ) -> Result<()> {
+    pub fn finish(&self, figures: &impl Serialize, sentences: impl FnOnce() -> String) -> Result<()> {
         if self.json {
             // NaN becomes null; a path may not be UTF-8.
             let figures = serde_json::to_string(figures).map_err(|e| {

@@ -8,9 +8,7 @@ use worker::Job;
 
 /// List, add and remove a project's environments, and set their front directions.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight environments interview --add courtyard.hdr --front blender"
-)]
+#[command(after_help = "Example: afterlight environments interview --add courtyard.hdr --front blender")]
 pub struct EnvironmentsArgs {
     /// The project's folder.
     project: PathBuf,

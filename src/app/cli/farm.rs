@@ -123,9 +123,7 @@ impl FarmChunkArgs {
     pub fn job(self) -> Job {
         match (self.frames, self.task) {
             (None, task) => Job::FarmTask { job: self.job, task: task.unwrap_or_default() },
-            (Some(frames), _) => {
-                Job::FarmChunk { job: self.job, frames, device: self.device, shoot: self.shoot }
-            }
+            (Some(frames), _) => Job::FarmChunk { job: self.job, frames, device: self.device, shoot: self.shoot },
         }
     }
 }

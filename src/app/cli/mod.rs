@@ -234,9 +234,7 @@ impl Cli {
     /// # Errors
     /// The error of the action, as one sentence.
     pub fn run(self) -> Result<()> {
-        let Some(command) = self.command else {
-            return open_studio(self.project, DeviceChoice::Auto);
-        };
+        let Some(command) = self.command else { return open_studio(self.project, DeviceChoice::Auto) };
         match command {
             Command::Studio(args) => {
                 open_studio(args.project.clone(), args.device.device)?;
@@ -245,9 +243,7 @@ impl Cli {
                 }
                 Ok(())
             }
-            Command::Stage(args) => {
-                do_job(args.output, Ok(Job::Stage { folder: args.dir, settings: args.settings }))
-            }
+            Command::Stage(args) => do_job(args.output, Ok(Job::Stage { folder: args.dir, settings: args.settings })),
             Command::Import(args) => do_job(
                 args.output,
                 Ok(Job::Import {
@@ -261,10 +257,9 @@ impl Cli {
             ),
             Command::Environments(args) => do_job(args.output, Ok(args.job())),
             Command::Probe(args) => do_job(args.output, Ok(args.job())),
-            Command::Calibrate(args) => do_job(
-                args.output,
-                Ok(Job::Calibrate { project: args.project, settings: args.settings }),
-            ),
+            Command::Calibrate(args) => {
+                do_job(args.output, Ok(Job::Calibrate { project: args.project, settings: args.settings }))
+            }
             Command::Check(args) => args.run(),
             Command::Train(args) => do_job(args.output, args.job()),
             Command::Checkpoints(args) => args.run(),
@@ -276,10 +271,9 @@ impl Cli {
             Command::FarmTrain(args) => do_job(args.output, args.job()),
             Command::FarmChunk(args) => do_job(args.output, Ok(args.job())),
             Command::FarmAssemble(args) => do_job(args.output, Ok(args.job())),
-            Command::Evaluate(args) => do_job(
-                args.output,
-                Ok(Job::Evaluate { project: args.project, settings: args.settings }),
-            ),
+            Command::Evaluate(args) => {
+                do_job(args.output, Ok(Job::Evaluate { project: args.project, settings: args.settings }))
+            }
             Command::Review(args) => do_job(args.output, Ok(args.job())),
             Command::Blind(args) => do_job(args.output, Ok(args.job())),
             Command::Confidence(args) => do_job(args.output, Ok(args.job())),
@@ -295,9 +289,7 @@ impl Cli {
                     device: args.device.device,
                 }),
             ),
-            Command::Pack(args) => {
-                do_job(args.output, Ok(Job::Pack { project: args.project, to: args.to }))
-            }
+            Command::Pack(args) => do_job(args.output, Ok(Job::Pack { project: args.project, to: args.to })),
         }
     }
 }

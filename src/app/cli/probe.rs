@@ -104,11 +104,7 @@ impl ProbeArgs {
             (.., Some(ball_radii)) => Lens::Camera(BallCamera::Distance { ball_radii }),
             _ => Lens::Camera(BallCamera::Far),
         };
-        let second = BallPictures {
-            photographs: self.second.clone(),
-            stops: self.second_stops.clone(),
-            circle: None,
-        };
+        let second = BallPictures { photographs: self.second.clone(), stops: self.second_stops.clone(), circle: None };
         Job::Develop {
             settings: Box::new(DevelopSettings {
                 ball: BallPictures {
@@ -120,11 +116,7 @@ impl ProbeArgs {
                 lens: camera,
                 response: self.gamma,
                 reflectivity: self.reflectivity,
-                clipped: if self.estimate_clipped {
-                    ClippedLight::Estimate
-                } else {
-                    ClippedLight::Keep
-                },
+                clipped: if self.estimate_clipped { ClippedLight::Estimate } else { ClippedLight::Keep },
                 yaw_deg: self.yaw,
                 mapping: self.mapping,
                 height: self.height,

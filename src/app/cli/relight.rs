@@ -13,9 +13,7 @@ use worker::Job;
 
 /// Relight the interview under an environment and write pictures or a clip.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight relight interview --environment courtyard.hdr --turntable --to clip.mp4"
-)]
+#[command(after_help = "Example: afterlight relight interview --environment courtyard.hdr --turntable --to clip.mp4")]
 pub struct RelightArgs {
     /// The project's folder.
     project: PathBuf,
@@ -69,8 +67,7 @@ impl ExportArgs {
     /// When the keys cannot be read or are too large.
     pub fn settings(self) -> Result<RelightSettings> {
         let mut settings = self.settings;
-        let interpolation =
-            if self.linear_keys { Interpolation::Linear } else { Interpolation::Smooth };
+        let interpolation = if self.linear_keys { Interpolation::Linear } else { Interpolation::Smooth };
         settings.look.lighting.number_lights();
         if let Some(file) = &self.keys {
             settings.look.animation = read_keys(file)?;

@@ -13,9 +13,7 @@ use worker::Job;
 
 /// Train the project's network, or continue training it. Ctrl-C stops training and keeps the checkpoint.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36"
-)]
+#[command(after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36")]
 pub struct TrainArgs {
     /// The project's folder.
     project: PathBuf,

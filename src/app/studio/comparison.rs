@@ -75,13 +75,7 @@ pub struct CompareSettings {
 
 impl Default for CompareSettings {
     fn default() -> Self {
-        Self {
-            on: false,
-            first: None,
-            reference: Reference::Plate,
-            mode: CompareMode::Wipe,
-            second: false,
-        }
+        Self { on: false, first: None, reference: Reference::Plate, mode: CompareMode::Wipe, second: false }
     }
 }
 

@@ -68,8 +68,7 @@ pub fn named(list: &[ListedEnvironment], name: &str) -> Option<usize> {
 
 /// The list of a newly opened project: from the shoot, built in without namesakes of the shoot's, and added.
 pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
-    let (added, shoots): (Vec<_>, Vec<_>) =
-        project.environments().into_iter().partition(|e| e.added);
+    let (added, shoots): (Vec<_>, Vec<_>) = project.environments().into_iter().partition(|e| e.added);
     let of_file = |owner| {
         move |known: project::KnownEnvironment| ListedEnvironment {
             name: known.name,
@@ -93,11 +92,7 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
 /// The part of a list that is saved in the project.
 pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
-        Some(NamedEnvironment {
-            name: listed.name.clone(),
-            file: listed.file()?.to_path_buf(),
-            front: listed.front,
-        })
+        Some(NamedEnvironment { name: listed.name.clone(), file: listed.file()?.to_path_buf(), front: listed.front })
     });
     files.collect()
 }

@@ -7,8 +7,7 @@ use color_config::ColorChoice;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{
-    Destination, Existing, ExrSettings, Files, Format, HandOver, LayerFiles, LayersBy, MovieAlpha,
-    OutputSpace,
+    Destination, Existing, ExrSettings, Files, Format, HandOver, LayerFiles, LayersBy, MovieAlpha, OutputSpace,
 };
 use footage::PictureSize;
 use gpu::DeviceChoice;
@@ -92,9 +91,9 @@ impl ExportOptions {
             (Some(space), _) if self.format == Format::Exr => {
                 format!("Writes linear light in {space} of the OpenColorIO configuration.")
             }
-            (Some(space), _) => format!(
-                "Writes the colour space {space} of the OpenColorIO configuration, in place of the tone curve."
-            ),
+            (Some(space), _) => {
+                format!("Writes the colour space {space} of the OpenColorIO configuration, in place of the tone curve.")
+            }
             (None, Some(view)) => {
                 let display = display.as_deref().unwrap_or("its first display");
                 let look = look.as_ref().map(|look| format!(", with the look {look}"));
@@ -130,9 +129,9 @@ impl ExportOptions {
             return None;
         }
         match (self.format, self.layers, self.exr.layers) {
-            (Format::Exr, true, LayerFiles::Parts) if program == HandOver::Blender => Some(
-                "Blender reads only the first part of an EXR: put the layers in channels or files",
-            ),
+            (Format::Exr, true, LayerFiles::Parts) if program == HandOver::Blender => {
+                Some("Blender reads only the first part of an EXR: put the layers in channels or files")
+            }
             (Format::Exr, true, _) if self.exr.layers_by == LayersBy::Lamp => None,
             _ => Some("Needs an EXR with layers by lamp"),
         }
@@ -189,24 +188,19 @@ impl ExportOptions {
         look: &LookSettings,
     ) -> Option<&'static str> {
         let name = self.stem();
-        let named =
-            !name.ends_with(std::path::is_separator) && Path::new(name).file_name().is_some();
+        let named = !name.ends_with(std::path::is_separator) && Path::new(name).file_name().is_some();
         match (phase, environment) {
             (Phase::NoProject, _) => Some("Open a project first"),
             (Phase::Opening, _) => Some("The network is still being read"),
             (Phase::Blocked(_), _) => Some("Calibrate and train first: see the picture"),
             (_, None) => Some("Choose an environment first"),
-            (_, Some(PanoramaState::Failed(_))) => {
-                Some("This environment cannot be read. Choose another")
-            }
+            (_, Some(PanoramaState::Failed(_))) => Some("This environment cannot be read. Choose another"),
             // The light may have been dropped from memory, and is being read again.
-            (_, Some(panorama)) if !panorama.has_light() => {
-                Some("The environment is still being read")
-            }
+            (_, Some(panorama)) if !panorama.has_light() => Some("The environment is still being read"),
             _ if !named => Some("Give the export a name"),
-            _ if self.has_foreign_grain(look) => Some(
-                "Grain cannot go through an OpenColorIO configuration. Set Grain to 0, or choose other colours",
-            ),
+            _ if self.has_foreign_grain(look) => {
+                Some("Grain cannot go through an OpenColorIO configuration. Set Grain to 0, or choose other colours")
+            }
             _ => None,
         }
     }

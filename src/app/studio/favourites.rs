@@ -49,9 +49,7 @@ impl Favourites {
 
     /// Adds an environment to the favourites or removes it.
     pub fn toggle(&mut self, origin: &Origin) {
-        let Some(one) = Favourite::from_origin(origin) else {
-            return;
-        };
+        let Some(one) = Favourite::from_origin(origin) else { return };
         match self.0.iter().position(|known| *known == one) {
             Some(place) => drop(self.0.remove(place)),
             None => self.0.push(one),

@@ -19,8 +19,7 @@ impl History {
 
     /// Goes one step back or forward from the current look. Returns true if there was a step.
     pub fn travel(&mut self, back: bool, look: &mut LookSettings) -> bool {
-        let (from, to) =
-            if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        let (from, to) = if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         let step = from.pop();
         let went = step.is_some();
         to.extend(step.map(|step| replace(look, step)));

@@ -1,8 +1,6 @@
 //! Icons: a subset of the Phosphor regular font, named here.
 
-use egui::{
-    Button, FontData, FontDefinitions, FontFamily, Response, RichText, Role, Ui, WidgetInfo, vec2,
-};
+use egui::{Button, FontData, FontDefinitions, FontFamily, Response, RichText, Role, Ui, WidgetInfo, vec2};
 use std::sync::Arc;
 
 pub const ADD: &str = "\u{E3D4}";

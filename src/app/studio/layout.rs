@@ -45,8 +45,7 @@ pub enum Workspace {
 
 impl Workspace {
     /// All workspaces, in the order of a production.
-    pub const ALL: [Self; 5] =
-        [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
+    pub const ALL: [Self; 5] = [Self::Calibrate, Self::Train, Self::Relight, Self::Review, Self::Export];
 
     /// Label of its tab.
     pub fn name(self) -> &'static str {
@@ -82,8 +81,7 @@ impl Workspace {
         let mut tiles = Tiles::default();
         let root = match self {
             Self::Calibrate => {
-                let [project, footage] =
-                    [Pane::Project, Pane::Footage].map(|pane| tiles.insert_pane(pane));
+                let [project, footage] = [Pane::Project, Pane::Footage].map(|pane| tiles.insert_pane(pane));
                 let work = self.main().iter().map(|&pane| tiles.insert_pane(pane));
                 let work: Vec<TileId> = work.collect();
                 let mut all = Tabs::new([vec![project, footage], work.clone()].concat());
@@ -96,8 +94,7 @@ impl Workspace {
                 let main = tabs(&mut tiles, self.main());
                 let picture = tabs(&mut tiles, &[Pane::Picture]);
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                let right =
-                    divided(&mut tiles, LinearDir::Vertical, &[(picture, 900.0), (below, NARROW)]);
+                let right = divided(&mut tiles, LinearDir::Vertical, &[(picture, 900.0), (below, NARROW)]);
                 let columns = [(main, 0.0), (right, 400.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -115,11 +112,7 @@ impl Workspace {
                 let picture = tabs(&mut tiles, &[Pane::Picture]);
                 let measured = tabs(&mut tiles, &[Pane::Review]);
                 let left = divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, BELOW)]);
-                let right = divided(
-                    &mut tiles,
-                    LinearDir::Vertical,
-                    &[(picture, 280.0), (measured, 420.0)],
-                );
+                let right = divided(&mut tiles, LinearDir::Vertical, &[(picture, 280.0), (measured, 420.0)]);
                 let columns = [(left, 0.0), (right, 440.0)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -128,8 +121,7 @@ impl Workspace {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 let right = tabs(&mut tiles, &[Pane::Light, Pane::Scopes]);
-                let middle =
-                    divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, LANES)]);
+                let middle = divided(&mut tiles, LinearDir::Vertical, &[(main, 0.0), (below, LANES)]);
                 let columns = [(left, 208.0), (middle, 0.0), (right, LIGHT)];
                 divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
@@ -275,9 +267,7 @@ fn timeline_in_front(tree: &Tree<Pane>) -> Option<[TileId; 2]> {
 
 /// Sets the height of a tile among `rows`, and returns the one before.
 fn replace_share(tree: &mut Tree<Pane>, rows: TileId, tile: TileId, height: f32) -> Option<f32> {
-    let Some(Tile::Container(Container::Linear(rows))) = tree.tiles.get_mut(rows) else {
-        return None;
-    };
+    let Some(Tile::Container(Container::Linear(rows))) = tree.tiles.get_mut(rows) else { return None };
     let before = rows.shares[tile];
     rows.shares.set_share(tile, height);
     Some(before)
@@ -286,9 +276,7 @@ fn replace_share(tree: &mut Tree<Pane>, rows: TileId, tile: TileId, height: f32)
 /// Converts the shares of a container into points. The part with a main pane takes the remaining space, so that panels
 /// keep their widths as the window grows.
 fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<TileId>) {
-    let Some(Tile::Container(container)) = tiles.get(id).cloned() else {
-        return;
-    };
+    let Some(Tile::Container(container)) = tiles.get(id).cloned() else { return };
     let sizes: Vec<(TileId, egui::Vec2)> = match container {
         Container::Tabs(tabs) => {
             let inner = size - egui::vec2(0.0, TABS_HEIGHT);
@@ -296,20 +284,15 @@ fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<
         }
         Container::Linear(mut linear) => {
             let axis = usize::from(linear.dir == LinearDir::Vertical);
-            let shown: Vec<TileId> = (linear.children.iter().copied())
-                .filter(|&child| tiles.is_visible(child))
-                .collect();
+            let shown: Vec<TileId> =
+                (linear.children.iter().copied()).filter(|&child| tiles.is_visible(child)).collect();
             let room = (size[axis] - BORDER * shown.len().saturating_sub(1) as f32).max(1.0);
             if let Some(&flexible) = shown.iter().find(|&&child| holds(tiles, child, main)) {
                 let others = shown.iter().filter(|&&child| child != flexible);
                 let others: f32 = others.map(|&child| linear.shares[child]).sum();
                 let least = LEAST[axis].min(0.5 * room);
                 // The others keep their shares, and get their widths back as the window grows.
-                let share = if room - others < least {
-                    others * least / (room - least)
-                } else {
-                    room - others
-                };
+                let share = if room - others < least { others * least / (room - least) } else { room - others };
                 linear.shares.set_share(flexible, share);
             }
             let lengths = linear.shares.split(&shown, room);
@@ -333,9 +316,7 @@ fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<
 
 fn holds(tiles: &Tiles<Pane>, id: TileId, main: &HashSet<TileId>) -> bool {
     let inside = || match tiles.get(id) {
-        Some(Tile::Container(container)) => {
-            container.children().any(|&child| holds(tiles, child, main))
-        }
+        Some(Tile::Container(container)) => container.children().any(|&child| holds(tiles, child, main)),
         _ => false,
     };
     main.contains(&id) || inside()

@@ -33,9 +33,8 @@ mod workspace_view;
 
 pub use app::{ProjectHandover, StudioApp};
 pub use command::{
-    CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand,
-    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand,
-    TrainingCommand, ViewCommand, WindowCommand,
+    CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand, LookCommand, LooksCommand,
+    MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand, TrainingCommand, ViewCommand, WindowCommand,
 };
 pub use comparison::{CellPicture, CompareMode, CompareSettings, GAINS, Reference};
 pub use environment_list::{ListedEnvironment, Owner};
@@ -59,8 +58,7 @@ pub use preferences::Preferences;
 pub use region::Region;
 pub use saved_look::SavedLook;
 pub use state::{
-    Covers, Display, LampCounts, Panes, Playback, ReviewView, ShootView, State, View, ViewportView,
-    WindowParts,
+    Covers, Display, LampCounts, Panes, Playback, ReviewView, ShootView, State, View, ViewportView, WindowParts,
 };
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use stored_look::StoredLook;
@@ -97,12 +95,7 @@ pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
 }
 
 /// One window, until it is closed. `lost`: it replaces a window whose GPU was lost.
-fn show(
-    project: Option<Project>,
-    device: DeviceChoice,
-    handover: ProjectHandover,
-    lost: bool,
-) -> Result<()> {
+fn show(project: Option<Project>, device: DeviceChoice, handover: ProjectHandover, lost: bool) -> Result<()> {
     let title = app::title(project.as_ref());
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(device_descriptor);
@@ -123,8 +116,7 @@ fn show(
             share(window);
         }
         let message = lost.then(|| Error::GpuLost.to_string());
-        let mut app =
-            StudioApp::with_preferences(&cc.egui_ctx, Preferences::of_user(), project, device);
+        let mut app = StudioApp::with_preferences(&cc.egui_ctx, Preferences::of_user(), project, device);
         if let Some(window) = &cc.wgpu_render_state {
             app = app.drawn_with(window.clone());
         }

@@ -142,8 +142,7 @@ mod tests {
     #[test]
     fn a_number_fits_behind_the_longest_name() {
         // The shortened name has no space before the number.
-        let all =
-            ["x".repeat(MOST), format!("{} z", "x".repeat(MOST - 2)), "🌙".repeat(MOST_BYTES / 4)];
+        let all = ["x".repeat(MOST), format!("{} z", "x".repeat(MOST - 2)), "🌙".repeat(MOST_BYTES / 4)];
         for long in all {
             let long = LookName::new(&long).unwrap();
             let free = long.free(std::slice::from_ref(&long));

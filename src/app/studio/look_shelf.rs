@@ -78,8 +78,7 @@ impl LookShelf {
     /// The same, created if missing.
     fn made(&self) -> Result<PathBuf> {
         let remedy = "Check that the folder can be written";
-        std::fs::create_dir_all(&self.within)
-            .map_err(|e| Error::io("make", &self.within, e, remedy))?;
+        std::fs::create_dir_all(&self.within).map_err(|e| Error::io("make", &self.within, e, remedy))?;
         own_folder(&self.within, "looks")
     }
 
@@ -96,10 +95,7 @@ impl LookShelf {
         }
         for name in names(&folder) {
             if contents.looks.len() == MOST_LOOKS {
-                let said = format!(
-                    "{} holds more than {MOST_LOOKS} looks; the others are not listed",
-                    shown(&folder)
-                );
+                let said = format!("{} holds more than {MOST_LOOKS} looks; the others are not listed", shown(&folder));
                 contents.complaints.push(said);
                 break;
             }
@@ -169,10 +165,7 @@ impl LookShelf {
         let taken = names(&self.folder());
         let other = |one: &&LookName| one.is_like(to) && !one.is_like(from);
         if let Some(other) = taken.iter().find(other) {
-            return Err(Error::invalid(
-                format!("a look named {other} already exists"),
-                "Choose another name",
-            ));
+            return Err(Error::invalid(format!("a look named {other} already exists"), "Choose another name"));
         }
         moved(&folder, &self.folder().join(to.text()))
     }
@@ -206,14 +199,11 @@ impl LookShelf {
     /// If it cannot be read or written.
     pub fn copy(&self, other: &Self, of: &LookName, name: &LookName) -> Result<()> {
         let folder = other.look(of)?;
-        let Some(newest) = numbers(&folder).into_iter().next() else {
-            return Err(gone(&folder));
-        };
+        let Some(newest) = numbers(&folder).into_iter().next() else { return Err(gone(&folder)) };
         let look = StoredLook::read_own(&file(&folder, newest, "json"))?;
         let (name, number) = self.store(name, &look)?;
         // If the picture cannot be read, it is made again when the look is shown.
-        if let Some(picture) = picture(&file(&folder, newest, "png"), &mut ReadPictures::default())
-        {
+        if let Some(picture) = picture(&file(&folder, newest, "png"), &mut ReadPictures::default()) {
             self.draw(&name, number, &picture)?;
         }
         Ok(())
@@ -222,11 +212,7 @@ impl LookShelf {
     /// The folder of a look.
     fn look(&self, name: &LookName) -> Result<PathBuf> {
         let folder = self.folder().join(name.text());
-        if is_own_folder(&self.folder()) && is_own_folder(&folder) {
-            Ok(folder)
-        } else {
-            Err(gone(&folder))
-        }
+        if is_own_folder(&self.folder()) && is_own_folder(&folder) { Ok(folder) } else { Err(gone(&folder)) }
     }
 }
 
@@ -314,11 +300,7 @@ fn numbers(folder: &Path) -> Vec<u32> {
     numbers
 }
 
-fn versions(
-    folder: &Path,
-    pictures: &mut ReadPictures,
-    complaints: &mut Vec<String>,
-) -> Vec<LookVersion> {
+fn versions(folder: &Path, pictures: &mut ReadPictures, complaints: &mut Vec<String>) -> Vec<LookVersion> {
     let is_begun = |number: &u32| {
         let data = file(folder, *number, "json").symlink_metadata();
         // Empty: the program was killed, or is about to write it.
@@ -327,11 +309,9 @@ fn versions(
     let numbers = numbers(folder).into_iter().filter(|number| !is_begun(number));
     let numbers = numbers.take(MOST_VERSIONS);
     let version = |number| match StoredLook::read_own(&file(folder, number, "json")) {
-        Ok(look) => Some(LookVersion {
-            number,
-            look: Arc::new(look),
-            picture: picture(&file(folder, number, "png"), pictures),
-        }),
+        Ok(look) => {
+            Some(LookVersion { number, look: Arc::new(look), picture: picture(&file(folder, number, "png"), pictures) })
+        }
         Err(e) => {
             complaints.push(e.to_string());
             None

@@ -1,8 +1,6 @@
 //! The list of all commands: typing filters it, arrow keys select, Enter runs the selected command.
 
-use super::command::{
-    Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand,
-};
+use super::command::{Command, Dialog, JobCommand, LightsCommand, LookCommand, LooksCommand, WindowCommand};
 use super::environment_list::Owner;
 use super::keys;
 use super::layout::Pane;
@@ -59,13 +57,9 @@ impl Palette {
         let modal = Modal::new(Id::unique("palette")).frame(frame);
         let shown = modal.show(ui.ctx(), |ui| {
             ui.set_width(460.0);
-            let field = TextEdit::singleline(&mut self.typed)
-                .hint_text("Find a command")
-                .desired_width(f32::INFINITY);
+            let field = TextEdit::singleline(&mut self.typed).hint_text("Find a command").desired_width(f32::INFINITY);
             let response = ui.add(field);
-            response.widget_info(|| {
-                egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command")
-            });
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command"));
             response.request_focus();
             if response.changed() {
                 self.chosen = 0;
@@ -80,31 +74,27 @@ impl Palette {
             let first = found.get(self.chosen).filter(|_| enter);
             let mut chosen = first.map(|first| first.command.clone());
             // Constant height, so that nothing moves while the list gets shorter.
-            ScrollArea::vertical()
-                .max_height(320.0)
-                .min_scrolled_height(320.0)
-                .auto_shrink(false)
-                .show(ui, |ui| {
-                    for (place, entry) in found.iter().enumerate() {
-                        ui.horizontal(|ui| {
-                            let is_chosen = place == self.chosen;
-                            let line = ui.selectable_label(is_chosen, &entry.label);
-                            if is_chosen && down + up > 0 {
-                                line.scroll_to_me(None);
-                            }
-                            if line.clicked() {
-                                chosen = Some(entry.command.clone());
-                            }
-                            let right = egui::Layout::right_to_left(egui::Align::Center);
-                            ui.with_layout(right, |ui| {
-                                ui.label(RichText::new(&entry.key).color(theme::QUIET));
-                            });
+            ScrollArea::vertical().max_height(320.0).min_scrolled_height(320.0).auto_shrink(false).show(ui, |ui| {
+                for (place, entry) in found.iter().enumerate() {
+                    ui.horizontal(|ui| {
+                        let is_chosen = place == self.chosen;
+                        let line = ui.selectable_label(is_chosen, &entry.label);
+                        if is_chosen && down + up > 0 {
+                            line.scroll_to_me(None);
+                        }
+                        if line.clicked() {
+                            chosen = Some(entry.command.clone());
+                        }
+                        let right = egui::Layout::right_to_left(egui::Align::Center);
+                        ui.with_layout(right, |ui| {
+                            ui.label(RichText::new(&entry.key).color(theme::QUIET));
                         });
-                    }
-                    if found.is_empty() {
-                        ui.label(RichText::new("No command has this name").color(theme::QUIET));
-                    }
-                });
+                    });
+                }
+                if found.is_empty() {
+                    ui.label(RichText::new("No command has this name").color(theme::QUIET));
+                }
+            });
             chosen
         });
         if shown.inner.is_some() || shown.should_close() {
@@ -115,8 +105,10 @@ impl Palette {
 }
 
 fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
-    let bound = keys::listed(ctx, context.state.panes.active).into_iter().map(|listed| {
-        PaletteEntry { label: listed.label.to_owned(), key: listed.key, command: listed.command }
+    let bound = keys::listed(ctx, context.state.panes.active).into_iter().map(|listed| PaletteEntry {
+        label: listed.label.to_owned(),
+        key: listed.key,
+        command: listed.command,
     });
     let others = OTHERS.map(|(label, command)| entry(label.to_owned(), command));
     let panes = Pane::ALL.map(|pane| {
@@ -125,8 +117,7 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
     });
     let listed = |(_, entry): &(usize, &EnvironmentEntry)| entry.listed.owner != Owner::Folder;
     let environments = context.environments().iter().enumerate().filter(listed);
-    let environments =
-        environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
+    let environments = environments.map(|(i, e)| entry(format!("Environment: {}", e.listed.name), e.choose(i)));
     let looks = context.looks.ids().map(|id| {
         let label = match id.shelf {
             Shelf::Project => format!("Look: {}", id.name),

@@ -42,9 +42,7 @@ impl Preferences {
     /// is renamed to `window.json.old`, and the defaults are used.
     pub fn of_user() -> Self {
         let folder = dirs::config_dir();
-        folder.map_or(Self::default(), |folder| {
-            Self::from_file(&folder.join("afterlight").join("window.json"))
-        })
+        folder.map_or(Self::default(), |folder| Self::from_file(&folder.join("afterlight").join("window.json")))
     }
 
     /// Preferences in `file`, which need not exist.

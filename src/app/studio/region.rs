@@ -123,12 +123,9 @@ mod tests {
         assert_eq!(region.inside([1, 9]), None);
         assert_eq!(region.scaled([4, 4], [2, 2]).size(), [2, 2]);
         assert_eq!(Region::pixel([3, 2]).scaled([4, 4], [2, 2]).size(), [1, 1]);
-        for (size, moves, rows) in [
-            ([64, 64], true, 1),
-            ([1080, 1920], true, 8),
-            ([1080, 1920], false, 1),
-            ([0, 0], true, 1),
-        ] {
+        for (size, moves, rows) in
+            [([64, 64], true, 1), ([1080, 1920], true, 8), ([1080, 1920], false, 1), ([0, 0], true, 1)]
+        {
             assert_eq!(counted_rows(size, moves), rows, "{size:?}");
         }
         assert_eq!(mean(std::iter::empty()), None);

@@ -52,9 +52,7 @@ impl History {
             let mut lists: Vec<(Arc<Vec<ListedEnvironment>>, Vec<NamedEnvironment>)> = Vec::new();
             let mut saved = |step: &LookSettings| {
                 let environments = &step.environments;
-                let same = |(known, _): &(Arc<Vec<ListedEnvironment>>, _)| {
-                    Arc::ptr_eq(known, environments)
-                };
+                let same = |(known, _): &(Arc<Vec<ListedEnvironment>>, _)| Arc::ptr_eq(known, environments);
                 let list = lists.iter().position(same).unwrap_or_else(|| {
                     lists.push((environments.clone(), environment_list::saved(environments)));
                     lists.len() - 1
@@ -110,9 +108,7 @@ fn useless(path: &Path, cause: impl std::fmt::Display) -> Error {
 impl HistoryFile {
     /// The steps of a look; None if they belong to a different look.
     fn history(self, look: &LookSettings) -> Option<History> {
-        let restored = |files: &Vec<NamedEnvironment>| {
-            Arc::new(environment_list::restored(&look.environments, files))
-        };
+        let restored = |files: &Vec<NamedEnvironment>| Arc::new(environment_list::restored(&look.environments, files));
         let lists: Vec<_> = self.lists.iter().map(restored).collect();
         let steps = |saved: Vec<SavedStep>| -> Option<Vec<LookSettings>> {
             let steps = saved.into_iter().rev().take(MOST_STEPS).rev();
@@ -129,8 +125,7 @@ impl HistoryFile {
         let (mut undo, mut redo) = (steps(self.undo)?, steps(self.redo)?);
         let mut present = look.clone();
         self.look.apply(&mut present);
-        let is_present =
-            |one: &LookSettings| SavedLook::from_look(one) == SavedLook::from_look(look);
+        let is_present = |one: &LookSettings| SavedLook::from_look(one) == SavedLook::from_look(look);
         if !is_present(&present) {
             // The window was killed between writing these steps and writing their look.
             match undo.iter().rposition(is_present) {
@@ -203,12 +198,9 @@ mod tests {
         before.change(LookCommand::Undo);
         let mut after = reopened(&look_text(&before), &text(&before)).unwrap();
         assert_eq!(after.history(), before.history());
-        for (command, stops) in [
-            (LookCommand::Redo, 3.0),
-            (LookCommand::Undo, 2.0),
-            (LookCommand::Undo, 1.0),
-            (LookCommand::Undo, 0.0),
-        ] {
+        for (command, stops) in
+            [(LookCommand::Redo, 3.0), (LookCommand::Undo, 2.0), (LookCommand::Undo, 1.0), (LookCommand::Undo, 0.0)]
+        {
             after.change(command);
             assert_eq!(after.look.exposure_stops, stops);
         }

@@ -93,9 +93,7 @@ impl SavedLook {
             background: self.look.background.bounded(),
             ..self.look
         };
-        for (setting, keys) in
-            [(Setting::Yaw, self.yaw_keys), (Setting::Intensity, self.intensity_keys)]
-        {
+        for (setting, keys) in [(Setting::Yaw, self.yaw_keys), (Setting::Intensity, self.intensity_keys)] {
             if !look.is_keyed(setting) {
                 look.animation.set(setting, keys);
             }

@@ -176,8 +176,7 @@ fn a_window_that_is_killed_while_it_saves_loses_at_most_the_last_save() {
         assert!(left_over(folder).is_empty());
     }
     assert_eq!(contents(&folder.join("outside")), outside);
-    let measured =
-        format!("{} kills, {unfinished} of them with something unfinished", moments.count);
+    let measured = format!("{} kills, {unfinished} of them with something unfinished", moments.count);
     eprintln!("{measured}");
     test_support::shown!(
         Accidents,

@@ -55,19 +55,11 @@ impl Saver {
     }
 
     /// The same with another function for writing.
-    fn by(
-        wake: impl Fn() + Send + 'static,
-        write: impl FnMut(&Path, &str) -> Result<()> + Send + 'static,
-    ) -> Self {
+    fn by(wake: impl Fn() + Send + 'static, write: impl FnMut(&Path, &str) -> Result<()> + Send + 'static) -> Self {
         let (fail, failures) = channel();
         let unwritten = Unwritten::default();
         let own = unwritten.clone();
-        let thread = Background::spawn("autosave", move |_| Saving {
-            write,
-            unwritten: own,
-            failures: fail,
-            wake,
-        });
+        let thread = Background::spawn("autosave", move |_| Saving { write, unwritten: own, failures: fail, wake });
         Self { thread, files: RefCell::default(), unwritten, failures }
     }
 

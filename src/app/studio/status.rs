@@ -125,8 +125,7 @@ impl Status {
 
     /// Resets the status for another project; the log stays.
     pub fn begin(&mut self, phase: Phase) {
-        *self =
-            Self { log: std::mem::take(&mut self.log), opened: self.opened, ..Self::new(phase) };
+        *self = Self { log: std::mem::take(&mut self.log), opened: self.opened, ..Self::new(phase) };
     }
 
     /// Shows the reason that something could not be done or written.
@@ -170,11 +169,8 @@ impl Status {
 
     fn note(&mut self, severity: Severity, sentence: &str) {
         let seconds = self.opened.elapsed().as_secs();
-        let line = LogLine {
-            time: format!("{}:{:02}", seconds / 60, seconds % 60),
-            severity,
-            sentence: sentence.to_owned(),
-        };
+        let line =
+            LogLine { time: format!("{}:{:02}", seconds / 60, seconds % 60), severity, sentence: sentence.to_owned() };
         // Repeats are skipped: a failing picture is requested again and again.
         let last = self.log.back();
         if last.is_none_or(|last| (last.severity, &last.sentence) != (severity, &line.sentence)) {
@@ -417,10 +413,7 @@ mod tests {
         let job = status.job.as_ref().unwrap();
         assert_eq!(job.said.as_deref(), Some("on the CPU"));
         assert_eq!(status.log.back().unwrap().sentence, "on the CPU");
-        status.on_event(Event::Report(Report::Advise {
-            sentence: "Train again".into(),
-            how: "--fresh".into(),
-        }));
+        status.on_event(Event::Report(Report::Advise { sentence: "Train again".into(), how: "--fresh".into() }));
         assert_eq!(status.message.as_deref(), Some("Train again"));
     }
 

@@ -233,10 +233,8 @@ mod tests {
     #[test]
     fn an_environment_is_found_by_its_file_before_its_name() {
         let own = built_in::all()[2];
-        let one = window(vec![
-            listed("sky", Origin::File("/film/sky.exr".into())),
-            listed("Nave", Origin::BuiltIn(own)),
-        ]);
+        let one =
+            window(vec![listed("sky", Origin::File("/film/sky.exr".into())), listed("Nave", Origin::BuiltIn(own))]);
         let stored = StoredLook::from_look(&one.look);
         let there = [
             listed("sky", Origin::File("/other/sky.exr".into())),

@@ -146,9 +146,7 @@ impl StoredLooks {
     }
 
     fn put(&mut self, shelf: Shelf, act: Option<Act>, said: Option<String>) {
-        let Some(at) = self.shelves[shelf as usize].clone() else {
-            return;
-        };
+        let Some(at) = self.shelves[shelf as usize].clone() else { return };
         let keeper = self.keeper.get_or_insert_with(|| {
             let (send, answers) = channel();
             let wake = self.wake.clone();

@@ -2,8 +2,8 @@
 
 use super::icons;
 use egui::{
-    Button, Color32, CornerRadius, FontDefinitions, FontId, Rect, Response, RichText, Stroke,
-    StrokeKind, TextStyle, Ui, WidgetText,
+    Button, Color32, CornerRadius, FontDefinitions, FontId, Rect, Response, RichText, Stroke, StrokeKind, TextStyle,
+    Ui, WidgetText,
 };
 
 /// Surround of the picture: middle grey, 18 % of white, which does not bias the eye.
@@ -111,11 +111,7 @@ pub fn apply(ctx: &egui::Context) {
 /// The main button of a pane; while disabled, it looks like any other.
 pub fn main_button(enabled: bool, words: impl Into<String>) -> Button<'static> {
     let words = RichText::new(words);
-    if enabled {
-        Button::new(words.color(Color32::WHITE)).fill(PRIMARY)
-    } else {
-        Button::new(words)
-    }
+    if enabled { Button::new(words.color(Color32::WHITE)).fill(PRIMARY) } else { Button::new(words) }
 }
 
 /// Marks the focus of the keyboard on a control that paints itself into `rect`, as buttons do.
@@ -175,17 +171,7 @@ mod tests {
         };
         on(
             &[TEXT],
-            &[
-                PANEL,
-                WELL,
-                grey(FAINT),
-                grey(BUTTON),
-                grey(HOVERED),
-                grey(CHOSEN),
-                CARD,
-                ROW_HOVERED,
-                ROW_CHOSEN,
-            ],
+            &[PANEL, WELL, grey(FAINT), grey(BUTTON), grey(HOVERED), grey(CHOSEN), CARD, ROW_HOVERED, ROW_CHOSEN],
         );
         on(&[TEXT], &over);
         let raised = [grey(FAINT), CARD, ROW_HOVERED, ROW_CHOSEN];
@@ -203,9 +189,7 @@ mod tests {
             assert!(found >= 4.5, "{text:?} on {ground:?}: {found:.2}");
         }
         // WCAG 2.2 requires 3:1 for icons and bars.
-        for (drawn, ground) in
-            [(ACCENT, grey(CHOSEN)), (PRIMARY, PANEL), (PRIMARY, WELL), (PLACEHOLDER, CARD)]
-        {
+        for (drawn, ground) in [(ACCENT, grey(CHOSEN)), (PRIMARY, PANEL), (PRIMARY, WELL), (PLACEHOLDER, CARD)] {
             let found = contrast(drawn, ground);
             assert!(found >= 3.0, "{drawn:?} on {ground:?}: {found:.2}");
         }
@@ -227,13 +211,10 @@ mod tests {
         let rgb = [r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0));
         let dot = |row: [f32; 3], v: [f32; 3]| row[0] * v[0] + row[1] * v[1] + row[2] * v[2];
         let seen = eyes.map(|row| dot(row, rgb).clamp(0.0, 1.0));
-        let [x, y, z] =
-            [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]].map(
-                |row| {
-                    let t = dot(row, seen);
-                    if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
-                },
-            );
+        let [x, y, z] = [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]].map(|row| {
+            let t = dot(row, seen);
+            if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
+        });
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
@@ -242,21 +223,9 @@ mod tests {
         // Machado et al. 2009, table 1 at severity 1: full vision, and without red, green and blue cones.
         let eyes = [
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            [
-                [0.152286, 1.052583, -0.204868],
-                [0.114503, 0.786281, 0.099216],
-                [-0.003882, -0.048116, 1.051998],
-            ],
-            [
-                [0.367322, 0.860646, -0.227968],
-                [0.280085, 0.672501, 0.047413],
-                [-0.011820, 0.042940, 0.968881],
-            ],
-            [
-                [1.255528, -0.076749, -0.178779],
-                [-0.078411, 0.930809, 0.147602],
-                [0.004733, 0.691367, 0.303900],
-            ],
+            [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+            [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+            [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
         ];
         for (place, (one, a)) in MEANINGS.into_iter().enumerate() {
             for (other, b) in &MEANINGS[place + 1..] {

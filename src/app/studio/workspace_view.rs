@@ -6,9 +6,7 @@ use super::panel_context::PanelContext;
 use super::panels::Panels;
 use super::theme;
 use egui::{Color32, Frame, Panel, Stroke, Ui, Visuals};
-use egui_tiles::{
-    Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
-};
+use egui_tiles::{Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse};
 
 /// A workspace during one frame of the window.
 pub struct WorkspaceView<'a> {

@@ -59,11 +59,7 @@ impl AdaptiveResolution {
     }
 
     /// Returns the frame reduced by this factor, computed once. None if it is quick to light at full size.
-    pub fn reduced(
-        &mut self,
-        of: &Arc<PredictedFrame>,
-        factor: usize,
-    ) -> Option<&mut ReducedFrame> {
+    pub fn reduced(&mut self, of: &Arc<PredictedFrame>, factor: usize) -> Option<&mut ReducedFrame> {
         let known = |frame: &ReducedFrame| frame.factor == factor && Arc::ptr_eq(&frame.of, of);
         if !self.reduced.as_ref().is_some_and(known) {
             let reduced = match &of.plate {
@@ -74,8 +70,7 @@ impl AdaptiveResolution {
                     Reduced::Field(field, mask)
                 }
             };
-            self.reduced =
-                Some(ReducedFrame { of: of.clone(), factor, reduced, reuse: Reuse::default() });
+            self.reduced = Some(ReducedFrame { of: of.clone(), factor, reduced, reuse: Reuse::default() });
         }
         self.reduced.as_mut()
     }

@@ -73,10 +73,7 @@ impl<R: Request> Background<R> {
 
     /// Starts a thread with its own mailbox. `make` is called on that thread, with the control that long requests
     /// poll to know when to stop. `name` is for debuggers.
-    pub fn spawn<H: Handler<Request = R>>(
-        name: &str,
-        make: impl FnOnce(Control) -> H + Send + 'static,
-    ) -> Self {
+    pub fn spawn<H: Handler<Request = R>>(name: &str, make: impl FnOnce(Control) -> H + Send + 'static) -> Self {
         let stop = Control::default();
         let own = stop.clone();
         Self::start(name, Mailbox::new(), stop, move || make(own))

@@ -69,18 +69,9 @@ mod tests {
     /// 40 bytes: one pixel under two lamps, its plate and its matte, ten values of four bytes.
     fn predicted(index: usize) -> Arc<PredictedFrame> {
         Arc::new(PredictedFrame {
-            frame: Arc::new(Frame {
-                index,
-                plate: Image::filled(1, 1, [0.0; 3]),
-                mask: Mask::filled(1, 1, 1.0),
-            }),
+            frame: Arc::new(Frame { index, plate: Image::filled(1, 1, [0.0; 3]), mask: Mask::filled(1, 1, 1.0) }),
             plate: None,
-            field: Arc::new(Field::Memory(ReflectanceField {
-                width: 1,
-                height: 1,
-                lamps: 2,
-                values: vec![0.0; 6],
-            })),
+            field: Arc::new(Field::Memory(ReflectanceField { width: 1, height: 1, lamps: 2, values: vec![0.0; 6] })),
             generation: 1,
             ms: 1.0,
         })

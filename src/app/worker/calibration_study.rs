@@ -160,11 +160,7 @@ impl CalibrationStudy {
     ///
     /// # Errors
     /// When the project or its photographs cannot be read, or a stop was requested.
-    pub fn probe(
-        &mut self,
-        photograph: Option<usize>,
-        circle: Option<Circle>,
-    ) -> Result<ProbeView> {
+    pub fn probe(&mut self, photograph: Option<usize>, circle: Option<Circle>) -> Result<ProbeView> {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
@@ -207,10 +203,8 @@ impl CalibrationStudy {
         let encoded = match self.photograph.take() {
             Some((read, encoded)) if read == photograph => encoded,
             _ => {
-                let picture = photograph.map_or_else(
-                    || project.interview_probe_picture(),
-                    |lamp| project.lamp_probe_picture(lamp),
-                );
+                let picture = photograph
+                    .map_or_else(|| project.interview_probe_picture(), |lamp| project.lamp_probe_picture(lamp));
                 footage::read_picture(&picture)?
             }
         };
@@ -245,9 +239,7 @@ impl CalibrationStudy {
             circle,
             kept,
             rim: match (photographs, &found) {
-                (Some(photographs), _) => {
-                    silhouette::measure(photographs, &circle).map_err(|e| e.to_string())
-                }
+                (Some(photographs), _) => silhouette::measure(photographs, &circle).map_err(|e| e.to_string()),
                 (None, found) => found.clone(),
             },
             found,
@@ -305,10 +297,7 @@ impl CalibrationStudy {
             poses: project.settings.shoot.poses.clone(),
             pose: *shown_pose,
             interview: (self.frame.as_ref()).map(|(_, shown)| shown.clone()).unwrap_or_default(),
-            relit: SrgbPicture::reduced(
-                &study.relit(&response, trial.exposure, &weights),
-                PICTURE_PX,
-            ),
+            relit: SrgbPicture::reduced(&study.relit(&response, trial.exposure, &weights), PICTURE_PX),
             interview_histogram: *study.interview_histogram(),
             relit_histogram: study.relit_histogram(&response, trial.exposure, &weights),
             before_histogram: exemplars.before,

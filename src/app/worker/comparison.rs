@@ -23,9 +23,7 @@ impl PartialEq for Comparison {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Plate, Self::Plate) => true,
-            (Self::Light(one, yaw), Self::Light(other, turned)) => {
-                Arc::ptr_eq(one, other) && yaw == turned
-            }
+            (Self::Light(one, yaw), Self::Light(other, turned)) => Arc::ptr_eq(one, other) && yaw == turned,
             (Self::Look(one), Self::Look(other)) => one == other,
             (Self::Olats(one), Self::Olats(other)) => one == other,
             _ => false,

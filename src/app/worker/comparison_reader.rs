@@ -27,12 +27,7 @@ pub(super) struct ComparisonReader {
 }
 
 impl ComparisonReader {
-    pub fn new(
-        project: &Project,
-        response: Response,
-        predictor: &OlatPredictor,
-        compute: &ComputeDevice,
-    ) -> Self {
+    pub fn new(project: &Project, response: Response, predictor: &OlatPredictor, compute: &ComputeDevice) -> Self {
         Self {
             project: project.clone(),
             response,
@@ -98,11 +93,7 @@ impl ComparisonReader {
             let (field, fine) = predictor.predict_fine(&frame)?;
             Ok((field.read()?, fine))
         })?;
-        Ok(Prediction {
-            frame,
-            plate: Some(FineField::on(fine, plate)),
-            field: Field::from(predicted).halved(),
-        })
+        Ok(Prediction { frame, plate: Some(FineField::on(fine, plate)), field: Field::from(predicted).halved() })
     }
 }
 

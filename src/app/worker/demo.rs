@@ -68,25 +68,14 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
 }
 
 /// Prepares the demo, trains for `minutes`, measures, and writes a relit clip, a contact sheet and a report.
-pub fn run(
-    folder: &Path,
-    minutes: f64,
-    device: DeviceChoice,
-    progress: &Progress,
-) -> Result<DemoReport> {
+pub fn run(folder: &Path, minutes: f64, device: DeviceChoice, progress: &Progress) -> Result<DemoReport> {
     let project = prepare(folder, progress)?;
     let shoot = folder.join("shoot");
     let truth = Truth::open(&project, &shoot)?;
     let calibration = Calibration::load(&project)?;
     let mut config = Preset::Quick.config();
     config.minutes = Some(minutes);
-    let settings = TrainSettings {
-        config,
-        exclude_frames: truth.frames.clone(),
-        hold_out: None,
-        fresh: false,
-        device,
-    };
+    let settings = TrainSettings { config, exclude_frames: truth.frames.clone(), hold_out: None, fresh: false, device };
     let training = train(&project, &calibration, &settings, progress)?;
     let sheet = folder.join("olats.png");
     let measure = |method, sheet| {
@@ -110,8 +99,7 @@ pub fn run(
     let network = measure(Method::Network, None)?;
     let ratio = measure(Method::Ratio, None)?;
     let clip = folder.join("relit.mp4");
-    let environment =
-        project.settings.shoot.environments.first().map_or(String::new(), |e| e.name.clone());
+    let environment = project.settings.shoot.environments.first().map_or(String::new(), |e| e.name.clone());
     let relight = relight(
         &project,
         &RelightSettings {
@@ -247,9 +235,6 @@ mod tests {
         };
         let network = decibels(&[("nave", 31.26), ("courtyard", 26.04)]);
         let said = quality(&network, &decibels(&[("courtyard", 20.0)]));
-        assert_eq!(
-            said,
-            "  courtyard: 26.0 dB (by a ratio image, without a network: 20.0 dB)\n  nave: 31.3 dB\n"
-        );
+        assert_eq!(said, "  courtyard: 26.0 dB (by a ratio image, without a network: 20.0 dB)\n  nave: 31.3 dB\n");
     }
 }

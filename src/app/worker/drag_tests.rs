@@ -8,10 +8,8 @@ use imaging::resample::resize;
 /// A ball under two lamps, on 64 × 64 pixels.
 fn ball(index: usize) -> (Frame, Field) {
     let side = |x: usize| (x as f32 + 0.5) / 32.0 - 1.0;
-    let mask =
-        Mask::from_fn(64, 64, |x, y| ((0.8 - side(x).hypot(side(y))) * 32.0).clamp(0.0, 1.0));
-    let olat =
-        |turn: f32| Image::from_fn(64, 64, |x, _| [(0.6 + turn * side(x)).max(0.0) * 0.5; 3]);
+    let mask = Mask::from_fn(64, 64, |x, y| ((0.8 - side(x).hypot(side(y))) * 32.0).clamp(0.0, 1.0));
+    let olat = |turn: f32| Image::from_fn(64, 64, |x, _| [(0.6 + turn * side(x)).max(0.0) * 0.5; 3]);
     let field = ReflectanceField::from_olats(&[olat(-1.0), olat(1.0)]);
     let plate = Image::filled(64, 64, [0.5; 3]);
     (Frame { index, plate, mask }, field.into())

@@ -34,12 +34,8 @@ impl EnvironmentListWriter {
     /// is called after a failed write.
     pub fn start(root: PathBuf, list: List, wake: impl Fn() + Send + 'static) -> Self {
         let (send, failures) = channel();
-        let thread = Background::spawn("environment list", move |_| Writing {
-            root,
-            written: list,
-            failures: send,
-            wake,
-        });
+        let thread =
+            Background::spawn("environment list", move |_| Writing { root, written: list, failures: send, wake });
         Self { thread, failures }
     }
 
@@ -78,9 +74,7 @@ impl<Wake: Fn()> Handler for Writing<Wake> {
 
     fn work(&mut self, request: &mut ListRequest) -> Result<()> {
         match request {
-            ListRequest::Write(list) => {
-                Project::change(&self.root, |project| bring(project, &self.written, list))
-            }
+            ListRequest::Write(list) => Project::change(&self.root, |project| bring(project, &self.written, list)),
             ListRequest::Tell(_) => Ok(()),
         }
     }
@@ -102,15 +96,8 @@ impl<Wake: Fn()> Handler for Writing<Wake> {
 }
 
 /// Applies the changes between two lists. Other changes in the project meanwhile stay.
-fn bring(
-    project: &mut Project,
-    before: &[NamedEnvironment],
-    after: &[NamedEnvironment],
-) -> Result<()> {
-    fn matching<'a>(
-        list: &'a [NamedEnvironment],
-        one: &NamedEnvironment,
-    ) -> Option<&'a NamedEnvironment> {
+fn bring(project: &mut Project, before: &[NamedEnvironment], after: &[NamedEnvironment]) -> Result<()> {
+    fn matching<'a>(list: &'a [NamedEnvironment], one: &NamedEnvironment) -> Option<&'a NamedEnvironment> {
         list.iter().find(|other| other.file == one.file)
     }
     for gone in before.iter().filter(|one| matching(after, one).is_none()) {

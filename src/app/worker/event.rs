@@ -68,10 +68,7 @@ impl UnreadEvents {
         if let Event::Report(Report::Training(point)) = event {
             points.push(point);
             if points.len() > MOST_POINTS {
-                *points = halved(points, |a, b| TrainingPoint {
-                    losses: a.losses.joined(b.losses, 1),
-                    ..b.clone()
-                });
+                *points = halved(points, |a, b| TrainingPoint { losses: a.losses.joined(b.losses, 1), ..b.clone() });
             }
             return;
         }
@@ -133,14 +130,7 @@ mod tests {
     #[test]
     fn a_window_that_looks_away_finds_the_newest_step_and_every_end() {
         let unread = UnreadEvents::default();
-        let step = |done| {
-            Event::Report(Report::Step {
-                stage: "training",
-                done,
-                total: 1000,
-                note: String::new(),
-            })
-        };
+        let step = |done| Event::Report(Report::Step { stage: "training", done, total: 1000, note: String::new() });
         let finished = Event::Finished { sentence: "trained".to_owned() };
         unread.push(Event::Started { what: "training" });
         (0..1000).for_each(|done| unread.push(step(done)));

@@ -156,9 +156,9 @@ impl ExportStatus {
     pub fn sentence(&self) -> Option<&str> {
         match self {
             Self::Waiting | Self::Running => None,
-            Self::Done(WrittenExport { sentence, .. })
-            | Self::Failed(sentence)
-            | Self::Cancelled(sentence) => Some(sentence),
+            Self::Done(WrittenExport { sentence, .. }) | Self::Failed(sentence) | Self::Cancelled(sentence) => {
+                Some(sentence)
+            }
         }
     }
 }

@@ -14,12 +14,7 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
                 Ok(()) => frames += 1,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) if said == "full" => {
-                    return Err(Error::io(
-                        "write",
-                        &said,
-                        std::io::ErrorKind::StorageFull.into(),
-                        "Make room",
-                    ));
+                    return Err(Error::io("write", &said, std::io::ErrorKind::StorageFull.into(), "Make room"));
                 }
                 Err(RecvTimeoutError::Disconnected) => {
                     return Ok(WrittenExport {
@@ -140,8 +135,7 @@ fn nothing_begins_once_the_worker_is_about_to_stop() {
 fn waiting_exports_change_places_and_a_stopped_one_is_written_again() {
     let (worker, _begun) = fading_worker(|_| false);
     let job = told_job(&worker);
-    let told: Vec<(u64, Sender<()>)> =
-        ["a", "full", "c"].map(|name| told_export(&worker, name)).into_iter().collect();
+    let told: Vec<(u64, Sender<()>)> = ["a", "full", "c"].map(|name| told_export(&worker, name)).into_iter().collect();
     let [a, full, c] = [0, 1, 2].map(|at| told[at].0);
     let order = || worker.exports().into_iter().map(|export| export.id).collect::<Vec<_>>();
     worker.write_export_next(c);

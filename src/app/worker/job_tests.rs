@@ -68,15 +68,8 @@ fn what_is_shown_is_predicted_again_by_each_network_that_is_saved() {
     assert!(!events.contains(&Event::Opening), "the window keeps its source meanwhile");
     let after = wait_for(|| worker.relit());
     assert_eq!(after.scene, before.scene);
-    assert!(
-        after.rgb[0] < before.rgb[0],
-        "a darker network gives a darker picture: the level of the light stays"
-    );
-    assert_eq!(
-        after.frames_at_hand.iter().collect::<Vec<_>>(),
-        [&0],
-        "the fields of the older network are gone"
-    );
+    assert!(after.rgb[0] < before.rgb[0], "a darker network gives a darker picture: the level of the light stays");
+    assert_eq!(after.frames_at_hand.iter().collect::<Vec<_>>(), [&0], "the fields of the older network are gone");
     worker.show(ask(1, 0.0, &light));
     wait_for(|| worker.relit().filter(|r| r.scene.frame == 1));
     assert_eq!(begun.try_iter().collect::<Vec<_>>(), [(1, 1), (1, 0), (2, 0), (2, 1)]);
@@ -101,8 +94,7 @@ fn a_network_that_cannot_be_read_leaves_the_one_at_hand() {
     worker.show(ask(0, 0.0, &light));
     wait_for(|| worker.relit());
     job.send(|progress| progress.saved()).unwrap();
-    let failed =
-        |e: &Event| matches!(e, Event::Failed { sentence } if sentence == "opening 2 failed");
+    let failed = |e: &Event| matches!(e, Event::Failed { sentence } if sentence == "opening 2 failed");
     let events = wait_for_event(&worker, failed);
     assert!(!events.iter().any(|e| matches!(e, Event::Blocked(_))));
     worker.show(ask(1, 0.0, &light));
@@ -121,9 +113,7 @@ fn a_job_pauses_and_goes_on() {
         progress.say("after");
     })
     .unwrap();
-    let said = |what: &'static str| {
-        move |e: &Event| *e == Event::Report(base::progress::Report::Say(what.to_owned()))
-    };
+    let said = |what: &'static str| move |e: &Event| *e == Event::Report(base::progress::Report::Say(what.to_owned()));
     let events = wait_for_event(&worker, said("before"));
     assert!(!events.iter().any(said("after")));
     // Time for a job that does not wait to report.
@@ -171,8 +161,7 @@ fn a_job_that_may_not_write_is_refused_with_the_reason_and_others_run() {
     let sentence = refused.unwrap_err().to_string();
     assert_eq!(sentence, "Read-only. Another studio has it open");
     assert_eq!(worker.running_job(), None);
-    let reads =
-        Job::Pack { project: PathBuf::from("no/such/project"), to: PathBuf::from("network") };
+    let reads = Job::Pack { project: PathBuf::from("no/such/project"), to: PathBuf::from("network") };
     worker.run(reads).unwrap();
     wait_for_event(&worker, is_finished);
 }

@@ -168,9 +168,7 @@ impl<Tell: Fn(Event) + Sync> Handler for JobThread<Tell> {
 
 impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
     fn run(&self, task: &mut Task) -> Result<Done> {
-        let Some(action) = task.action.take() else {
-            return Ok(Done::Nothing);
-        };
+        let Some(action) = task.action.take() else { return Ok(Done::Nothing) };
         (self.tell)(Event::Started { what: task.what });
         let report = |report: Report| {
             if report == Report::Saved {
@@ -192,9 +190,7 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
 
     /// Writes the first waiting export, unless a job has begun or the export was withdrawn.
     fn export(&mut self) -> Result<Done> {
-        let Ok(control) = self.current_job.begin(None) else {
-            return Ok(Done::Nothing);
-        };
+        let Ok(control) = self.current_job.begin(None) else { return Ok(Done::Nothing) };
         let Some((id, mut write)) = self.queue.begin() else {
             self.current_job.end();
             return Ok(Done::Nothing);

@@ -90,11 +90,7 @@ pub struct Worker {
 
 impl Worker {
     /// Starts work on a project; `wake` is called whenever there is something new to show.
-    pub fn start(
-        project: Project,
-        device: DeviceChoice,
-        wake: impl Fn() + Clone + Send + Sync + 'static,
-    ) -> Self {
+    pub fn start(project: Project, device: DeviceChoice, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         // Finding a GPU takes a while, and the result does not change.
         let mut compute: Option<ComputeDevice> = None;
         let mut exemplars = KeptExemplars::default();
@@ -141,8 +137,7 @@ impl Worker {
             let tell = tell.clone();
             move || Network::new(open, own, relighter, tell)
         };
-        let relighter =
-            Relighter::new(to_network.clone(), relit.clone(), tell.clone(), budget_ms, rest);
+        let relighter = Relighter::new(to_network.clone(), relit.clone(), tell.clone(), budget_ms, rest);
         let current_job = job_thread::CurrentJob::default();
         let queue = export_queue::ExportQueue::default();
         let jobs = JobThread {

@@ -63,8 +63,7 @@ impl LookPictures {
                 *made = Made::default();
                 continue;
             };
-            let scene =
-                Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
+            let scene = Scene { frame: request.scene.frame, output: Output::Display, ..view.scene.clone() };
             let behind = behind.picture(&scene.background);
             let number = behind.map(|(number, _)| number);
             let is_made = made.inputs.as_ref().is_some_and(|inputs| {
@@ -75,13 +74,7 @@ impl LookPictures {
             });
             if !is_made {
                 made.inputs = None;
-                let (light, _) = EnvironmentLight::update(
-                    &mut made.light,
-                    &view.environment,
-                    rig,
-                    &scene,
-                    reference,
-                )?;
+                let (light, _) = EnvironmentLight::update(&mut made.light, &view.environment, rig, &scene, reference)?;
                 let extra = extra(predicted, behind);
                 let all = light.on(&predicted.field, &predicted.frame.mask);
                 let mut codes = compose(&scene, &Ingredients { extra, ..all })?.display;
@@ -89,8 +82,7 @@ impl LookPictures {
                 if let (Some(codes), Some(table)) = (&mut codes, table) {
                     table.apply_to(codes);
                 }
-                made.picture =
-                    codes.as_ref().map(|codes| Arc::new(SrgbPicture::from_picture(codes)));
+                made.picture = codes.as_ref().map(|codes| Arc::new(SrgbPicture::from_picture(codes)));
                 made.inputs = Some(Inputs {
                     view: view.clone(),
                     predicted: predicted.clone(),

@@ -41,9 +41,7 @@ fn pictures_go_on_in_memory_when_the_gpu_is_lost() {
     let light = from_the_left();
     // It is lost before a frame is lit, or before one is predicted.
     for (frame, yaw_deg) in [(0, 90.0), (1, 0.0)] {
-        let Some((device, queue)) = own_device() else {
-            return;
-        };
+        let Some((device, queue)) = own_device() else { return };
         let worker = worker_on(&device, &queue);
         worker.show(ask(0, 0.0, &light));
         let there = wait_for(|| worker.relit());

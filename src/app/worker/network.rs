@@ -5,8 +5,7 @@ use super::background::Handler;
 use super::event::{Blocked, Event};
 use super::mailbox::Mailbox;
 use super::messages::{
-    ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource,
-    RelighterRequest,
+    ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource, RelighterRequest,
 };
 use super::prediction::PredictedFrame;
 use super::source::Source;
@@ -52,9 +51,7 @@ impl<Open, Tell> Network<Open, Tell> {
     }
 
     fn predict(&mut self, request: FrameRequest) -> Result<Done> {
-        let Some(source) = self.source(request.generation) else {
-            return Ok(Done::Outdated);
-        };
+        let Some(source) = self.source(request.generation) else { return Ok(Done::Outdated) };
         let started = Instant::now();
         let predicted = (source.predict)(request.frame)?;
         let ms = started.elapsed().as_secs_f64() * 1e3;
@@ -63,9 +60,7 @@ impl<Open, Tell> Network<Open, Tell> {
     }
 
     fn compare(&mut self, side: usize, of: &ComparisonRequest) -> Result<Done> {
-        let Some(source) = self.source(of.generation) else {
-            return Ok(Done::Outdated);
-        };
+        let Some(source) = self.source(of.generation) else { return Ok(Done::Outdated) };
         let started = Instant::now();
         let found = (source.comparison)(&of.source, of.frame)?;
         let ms = started.elapsed().as_secs_f64() * 1e3;
@@ -94,8 +89,7 @@ where
                     Err(blocked) => return Ok(Done::Blocked(blocked)),
                 };
                 self.generation += 1;
-                let opened =
-                    OpenedSource { generation: self.generation, rig: Arc::new(source.rig.clone()) };
+                let opened = OpenedSource { generation: self.generation, rig: Arc::new(source.rig.clone()) };
                 if let Some(later) = source.later.take() {
                     let (own, tell) = (self.own.clone(), self.tell.clone());
                     std::thread::spawn(move || match later() {

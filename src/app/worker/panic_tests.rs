@@ -67,11 +67,7 @@ fn an_export_that_panics_has_failed_and_the_next_is_written() {
     let worker = worker_over(|| Ok(source()));
     let failed = worker.export("first".to_owned(), String::new(), |_| panic!("on purpose"));
     let written = worker.export("second".to_owned(), String::new(), |_| {
-        Ok(WrittenExport {
-            name: "second".to_owned(),
-            folder: PathBuf::new(),
-            sentence: "written".to_owned(),
-        })
+        Ok(WrittenExport { name: "second".to_owned(), folder: PathBuf::new(), sentence: "written".to_owned() })
     });
     assert!(matches!(said(&worker), Event::Exported(ExportStatus::Failed(_))));
     let exports = wait_for(|| {

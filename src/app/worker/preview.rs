@@ -146,13 +146,6 @@ impl PreviewInputs {
             && olats(self) == olats(other)
             && Arc::ptr_eq(&mine.environment, &theirs.environment)
             && (&mine.scene, &mine.solo, &mine.first, &mine.second, &mine.looks, &mine.table)
-                == (
-                    &theirs.scene,
-                    &theirs.solo,
-                    &theirs.first,
-                    &theirs.second,
-                    &theirs.looks,
-                    &theirs.table,
-                )
+                == (&theirs.scene, &theirs.solo, &theirs.first, &theirs.second, &theirs.looks, &theirs.table)
     }
 }

@@ -11,9 +11,7 @@ use super::relit_frame::RelitFrame;
 use super::srgb_picture::SrgbPicture;
 use super::view_table::ViewTable;
 use base::error::Result;
-use compositor::{
-    EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference,
-};
+use compositor::{EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference};
 use imaging::Encoded;
 use light::Rig;
 use scene::{Background, Inspection, Scene};
@@ -81,9 +79,7 @@ impl PreviewMaker {
     /// # Errors
     /// When the GPU fails or is lost.
     pub fn read(&mut self) -> Result<Option<PreviewPicture>> {
-        let Some((mut shown, mut preview)) = self.unread.take() else {
-            return Ok(None);
-        };
+        let Some((mut shown, mut preview)) = self.unread.take() else { return Ok(None) };
         shown.read()?;
         preview.take(shown.picture);
         Ok(Some(preview))
@@ -108,13 +104,8 @@ impl PreviewMaker {
         let reference = self.reference.get_or_insert_with(|| predicted.clone());
         let reference = (&*reference.field, &reference.frame.mask);
         let mut scene = request.scene.clone();
-        let (light, weights_ms) = EnvironmentLight::update(
-            &mut self.light,
-            &request.environment,
-            &self.rig,
-            &scene,
-            reference,
-        )?;
+        let (light, weights_ms) =
+            EnvironmentLight::update(&mut self.light, &request.environment, &self.rig, &scene, reference)?;
         let solo = (!request.solo.is_empty()).then(|| light.solo(&request.solo));
         let relit = RelitFrame {
             scene: &request.scene,
@@ -155,11 +146,8 @@ impl PreviewMaker {
             ..light.on(&predicted.field, &predicted.frame.mask)
         };
         let composed = Instant::now();
-        let (coarse, mut shown) = compose(
-            (&mut self.series, &mut self.resolution),
-            (&scene, &ingredients),
-            (predicted, inputs.coarse),
-        )?;
+        let (coarse, mut shown) =
+            compose((&mut self.series, &mut self.resolution), (&scene, &ingredients), (predicted, inputs.coarse))?;
         let asked_frame = (request, predicted);
         let table = &mut self.table;
         let looks = (self.looks).make(asked_frame, (&self.rig, reference), table, &self.behind)?;

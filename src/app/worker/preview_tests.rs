@@ -16,9 +16,7 @@ fn looks_beside_each_other_are_each_the_picture_that_they_are_alone() {
     let wanted = [(0.0, 0.0), (40.0, 0.5), (-33.3, -1.0)];
     let rgb = |(yaw_deg, stops)| {
         worker.show(alone(yaw_deg, stops));
-        let is_it = |relit: &Arc<PreviewPicture>| {
-            (relit.scene.yaw_deg, relit.scene.exposure_stops) == (yaw_deg, stops)
-        };
+        let is_it = |relit: &Arc<PreviewPicture>| (relit.scene.yaw_deg, relit.scene.exposure_stops) == (yaw_deg, stops);
         wait_for(|| worker.relit().filter(is_it)).rgb.clone()
     };
     let pictures = wanted.map(rgb);
@@ -63,9 +61,7 @@ fn the_newest_frame_is_predicted_and_those_between_are_not() {
         std::thread::sleep(Duration::from_millis(1));
     }
     // The relighter has also forwarded the last one.
-    let newest = |request: &NetworkRequest| {
-        matches!(request, NetworkRequest::Predict(FrameRequest { frame: 30, .. }))
-    };
+    let newest = |request: &NetworkRequest| matches!(request, NetworkRequest::Predict(FrameRequest { frame: 30, .. }));
     wait_for(|| worker.network.waits(newest).then_some(()));
     go.send(()).unwrap();
     assert_eq!(begun.recv_timeout(PATIENCE), Ok(30));
@@ -133,14 +129,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let worker = Worker::over(open, || {});
     let left = from_the_left();
     let compared = |second: Comparison, solo: &[usize]| {
-        worker.show(PreviewRequest {
-            second: Some(second.clone()),
-            solo: solo.to_vec(),
-            ..ask(0, 0.0, &left)
-        });
-        wait_for(|| {
-            worker.relit().filter(|relit| relit.second.as_ref().map(|(of, _)| of) == Some(&second))
-        })
+        worker.show(PreviewRequest { second: Some(second.clone()), solo: solo.to_vec(), ..ask(0, 0.0, &left) });
+        wait_for(|| worker.relit().filter(|relit| relit.second.as_ref().map(|(of, _)| of) == Some(&second)))
     };
     // The outer columns of the middle row.
     let ends = |rgb: &[u8]| [rgb[3 * 8 * 4], rgb[3 * (8 * 4 + 7)]];
@@ -164,11 +154,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let two = |second: Comparison, inspection| {
         let mut wanted = ask(0, 0.0, &left);
         wanted.scene.effects.inspection = inspection;
-        worker.show(PreviewRequest {
-            first: Some(Comparison::Plate),
-            second: Some(second.clone()),
-            ..wanted.clone()
-        });
+        worker.show(PreviewRequest { first: Some(Comparison::Plate), second: Some(second.clone()), ..wanted.clone() });
         wait_for(|| {
             let relit = worker.relit()?;
             let comparison = relit.second.as_ref().map(|(of, _)| of);
@@ -181,8 +167,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     assert_eq!(both.first.as_ref().unwrap().1.rgb, codes(&plate));
     assert_eq!(codes(&both), codes(&rival));
     let apart = two(exemplar(), Inspection::Difference { gain: 1.0 });
-    let wanted: Vec<u8> =
-        (codes(&plate).iter().zip(codes(&rival))).map(|(a, b)| a.abs_diff(b)).collect();
+    let wanted: Vec<u8> = (codes(&plate).iter().zip(codes(&rival))).map(|(a, b)| a.abs_diff(b)).collect();
     let (_, shown) = apart.first.as_ref().unwrap();
     let off = shown.rgb.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b));
     // Both codes were rounded before this subtraction.
@@ -213,10 +198,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let [left_end, right_end] = ends(&alone.rgb);
     assert!(left_end == 0 && right_end > 100, "{left_end} {right_end}");
 
-    worker.show(PreviewRequest {
-        second: Some(Comparison::Olats(ComparisonSource::Exemplar(0))),
-        ..ask(0, 0.0, &left)
-    });
+    worker
+        .show(PreviewRequest { second: Some(Comparison::Olats(ComparisonSource::Exemplar(0))), ..ask(0, 0.0, &left) });
     let said = wait_for(|| {
         worker.events().find_map(|event| match event {
             Event::Failed { sentence } => Some(sentence),

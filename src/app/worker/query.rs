@@ -70,12 +70,7 @@ impl<Key: Clone + PartialEq + Send + 'static, Answer: Send + 'static> Query<Key,
 
     /// Sends a key and returns true, unless it is the last one. The first key starts the thread, as
     /// [`Self::start`].
-    pub fn ask<Find>(
-        &mut self,
-        key: Key,
-        wake: impl Fn() + Send + 'static,
-        make: impl FnOnce(Control) -> Find,
-    ) -> bool
+    pub fn ask<Find>(&mut self, key: Key, wake: impl Fn() + Send + 'static, make: impl FnOnce(Control) -> Find) -> bool
     where
         Find: FnMut(&Key) -> Result<Answer> + Send + 'static,
     {

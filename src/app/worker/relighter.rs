@@ -8,8 +8,7 @@ use super::event::Event;
 use super::latest::Latest;
 use super::mailbox::Mailbox;
 use super::messages::{
-    ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource,
-    RelighterRequest,
+    ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource, RelighterRequest,
 };
 use super::prediction::PredictedFrame;
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
@@ -147,10 +146,7 @@ impl<Tell> Relighter<Tell> {
             // The nearest frame is shown meanwhile.
             self.shown = self.cache.nearest(wanted).or(self.shown.take());
             if self.asked.replace(wanted) != Some(wanted) {
-                self.network.put(NetworkRequest::Predict(FrameRequest {
-                    generation: self.generation,
-                    frame: wanted,
-                }));
+                self.network.put(NetworkRequest::Predict(FrameRequest { generation: self.generation, frame: wanted }));
             }
         }
         let predicted = self.shown.clone()?;
@@ -162,16 +158,15 @@ impl<Tell> Relighter<Tell> {
                 *compared = AskedOlats::default();
                 continue;
             };
-            let wanted =
-                ComparisonRequest { generation: self.generation, source: source.clone(), frame };
+            let wanted = ComparisonRequest { generation: self.generation, source: source.clone(), frame };
             if compared.asked.as_ref() != Some(&wanted) {
                 *compared = AskedOlats { asked: Some(wanted.clone()), found: None };
                 self.network.put(NetworkRequest::Compare(side, wanted));
             }
         }
         // Both sides of a comparison have full size.
-        let alone = comparisons.iter().all(|comparison| comparison.is_none())
-            && request.looks.iter().all(Option::is_none);
+        let alone =
+            comparisons.iter().all(|comparison| comparison.is_none()) && request.looks.iter().all(Option::is_none);
         let draft = request.moving && !rested && alone;
         Some(PreviewInputs {
             request: PreviewRequest {
@@ -190,13 +185,9 @@ impl<Tell> Relighter<Tell> {
     fn relight(&mut self, rested: bool) -> Result<Option<PreviewPicture>> {
         let started = Instant::now();
         self.changed = false;
-        let Some(inputs) = self.inputs(rested) else {
-            return Ok(None);
-        };
+        let Some(inputs) = self.inputs(rested) else { return Ok(None) };
         let fresh = self.fresh.take();
-        let Some(maker) = &mut self.maker else {
-            return Ok(None);
-        };
+        let Some(maker) = &mut self.maker else { return Ok(None) };
         if self.made.as_ref().is_some_and(|made| made.serves(&inputs)) {
             let read = if inputs.in_memory { maker.read()? } else { None };
             return Ok(read.map(|picture| self.with_frames(picture)));

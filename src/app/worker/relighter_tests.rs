@@ -217,10 +217,7 @@ fn a_failure_is_said_once_and_a_lost_device_is_replaced() {
     bench.open(2, other);
     bench.predict(2, 0);
     let told = std::mem::take(&mut *bench.told.lock().unwrap());
-    assert!(
-        matches!(&told[..], [Event::Failed { sentence }] if sentence.contains("lamp")),
-        "{told:?}"
-    );
+    assert!(matches!(&told[..], [Event::Failed { sentence }] if sentence.contains("lamp")), "{told:?}");
     assert!(bench.relighter.rest().is_none(), "a failed picture is not tried again");
     while bench.network.take().is_some() {}
     let lost = RelighterRequest::Relight { rested: false };
@@ -236,8 +233,7 @@ fn olats_to_compare_with_are_asked_for_once_and_those_of_another_frame_are_dropp
     let mut bench = Bench::new(f64::MAX);
     bench.predict(1, 0);
     let second = Some(Comparison::Olats(ComparisonSource::Exemplar(2)));
-    let compared =
-        |yaw_deg| PreviewRequest { second: second.clone(), ..ask(0, yaw_deg, &bench.light) };
+    let compared = |yaw_deg| PreviewRequest { second: second.clone(), ..ask(0, yaw_deg, &bench.light) };
     let [first, turned] = [0.0, 10.0].map(compared);
     bench.hear(RelighterRequest::Show(Box::new(first)));
     let Some(NetworkRequest::Compare(1, wanted)) = bench.network.take() else {

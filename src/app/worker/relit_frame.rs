@@ -60,8 +60,7 @@ impl RelitFrame<'_> {
                 self.in_light(&scene, environment, own_light)?
             }
             (Comparison::Look(view), _) => {
-                let mut scene =
-                    Scene { frame: scene.frame, output: Output::Display, ..view.scene.clone() };
+                let mut scene = Scene { frame: scene.frame, output: Output::Display, ..view.scene.clone() };
                 scene.effects.inspection = self.scene.effects.inspection;
                 as_a_picture(&mut scene);
                 self.in_light(&scene, &view.environment, own_light)?
@@ -77,8 +76,7 @@ impl RelitFrame<'_> {
         environment: &Arc<Environment>,
         own_light: &mut Option<EnvironmentLight>,
     ) -> Result<Picture> {
-        let (light, _) =
-            EnvironmentLight::update(own_light, environment, self.rig, scene, self.reference)?;
+        let (light, _) = EnvironmentLight::update(own_light, environment, self.rig, scene, self.reference)?;
         let PredictedFrame { field, frame, .. } = self.predicted;
         let all = light.on(field, &frame.mask);
         let extra = extra(self.predicted, self.behind.picture(&scene.background));
@@ -94,10 +92,7 @@ fn as_a_picture(scene: &mut Scene) {
 }
 
 /// Extra input for a picture of this frame: its plate, the frame as filmed, and the picture behind it.
-pub(super) fn extra<'a>(
-    predicted: &'a PredictedFrame,
-    behind: Option<(u64, &'a Image)>,
-) -> Extra<'a> {
+pub(super) fn extra<'a>(predicted: &'a PredictedFrame, behind: Option<(u64, &'a Image)>) -> Extra<'a> {
     Extra {
         plate: predicted.plate.as_deref(),
         filmed: Some(&predicted.frame.plate),

@@ -87,8 +87,7 @@ impl CellReader {
     /// When the network or the truth cannot be read, and when the device fails.
     pub fn read(&mut self, measurements: u64, cell: &Cell) -> Result<CellPictures> {
         let is_same = |known: &ComparedCase| {
-            known.measurements == measurements
-                && Cell { lamp: cell.lamp, ..known.cell.clone() } == *cell
+            known.measurements == measurements && Cell { lamp: cell.lamp, ..known.cell.clone() } == *cell
         };
         let compared = match self.compared.take().filter(is_same) {
             Some(known) => self.compared.insert(known),
@@ -156,8 +155,7 @@ impl LampSheet {
             weights[lamp] = [0.0; 3];
         }
         let gain = display_gain(olats.iter(), &mask);
-        let thumbnail =
-            |olat: &Image| SrgbPicture::from_picture(&display_picture(olat, &mask, gain));
+        let thumbnail = |olat: &Image| SrgbPicture::from_picture(&display_picture(olat, &mask, gain));
         Ok(Self { frame: predicted.frame.index, lamps: olats.iter().map(thumbnail).collect() })
     }
 }
@@ -172,9 +170,7 @@ mod tests {
 
     /// Three lamps, which light the left half, the right half and nothing.
     fn predicted() -> PredictedFrame {
-        let lit = |left: f32, right: f32| {
-            Raster::from_fn(200, 100, |x, _| [if x < 100 { left } else { right }; 3])
-        };
+        let lit = |left: f32, right: f32| Raster::from_fn(200, 100, |x, _| [if x < 100 { left } else { right }; 3]);
         let olats = [lit(1.0, 0.0), lit(0.0, 2.0), lit(0.0, 0.0)];
         PredictedFrame {
             frame: Arc::new(Frame {

@@ -74,15 +74,9 @@ impl KeptExemplars {
         {
             return Ok(known.exemplars.clone());
         }
-        let exemplars = Exemplars {
-            transfer: Arc::new(Transfer::open(project, calibration)?),
-            detail: SharedDetail::default(),
-        };
-        self.0 = Some(ReadExemplars {
-            calibration: calibration.clone(),
-            stamps,
-            exemplars: exemplars.clone(),
-        });
+        let exemplars =
+            Exemplars { transfer: Arc::new(Transfer::open(project, calibration)?), detail: SharedDetail::default() };
+        self.0 = Some(ReadExemplars { calibration: calibration.clone(), stamps, exemplars: exemplars.clone() });
         Ok(exemplars)
     }
 }
@@ -91,11 +85,7 @@ impl KeptExemplars {
 ///
 /// # Errors
 /// When the shoot or the calibration is missing, or something cannot be read.
-pub fn open_project(
-    project: &Project,
-    compute: &ComputeDevice,
-    kept: &mut KeptExemplars,
-) -> Result<Source, Blocked> {
+pub fn open_project(project: &Project, compute: &ComputeDevice, kept: &mut KeptExemplars) -> Result<Source, Blocked> {
     let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
     project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // A new calibration repairs any fault of an existing one.
@@ -106,8 +96,7 @@ pub fn open_project(
         }
     };
     let calibration = Calibration::load(project).map_err(unless_matte(Some(Need::Calibration)))?;
-    let Exemplars { transfer, detail } =
-        kept.read(project, &calibration).map_err(unless_matte(None))?;
+    let Exemplars { transfer, detail } = kept.read(project, &calibration).map_err(unless_matte(None))?;
     // A network that cannot be used is not replaced without a request.
     let predictor = compute
         .guarded(|| OlatPredictor::with_transfer(transfer, project, &compute.device))

@@ -71,8 +71,7 @@ impl SrgbPicture {
     pub fn tone_mapped(radiance: &Image) -> Self {
         let small = Self::panorama(radiance);
         // Black texels carry no exposure and would pull the average to zero.
-        let lit: Vec<f32> =
-            small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
+        let lit: Vec<f32> = small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
         let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
         let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
         let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
@@ -123,18 +122,13 @@ impl SrgbPicture {
     }
 
     fn panorama(radiance: &Image) -> Image {
-        let (width, height) =
-            (Self::WIDTH.min(radiance.width), (Self::WIDTH / 2).min(radiance.height));
+        let (width, height) = (Self::WIDTH.min(radiance.width), (Self::WIDTH / 2).min(radiance.height));
         resize_area(radiance, width, height)
     }
 
     fn encoded(small: &Image, shown: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         let codes = |pixel: &[f32; 3]| shown(*pixel).map(|v| byte_from_unit(srgb_from_linear(v)));
-        Self {
-            width: small.width,
-            height: small.height,
-            rgb: small.pixels.iter().flat_map(codes).collect(),
-        }
+        Self { width: small.width, height: small.height, rgb: small.pixels.iter().flat_map(codes).collect() }
     }
 }
 
@@ -154,9 +148,7 @@ mod tests {
 
     #[test]
     fn black_panoramas_and_suns_have_thumbnails() {
-        assert!(
-            SrgbPicture::tone_mapped(&Image::filled(4, 2, [0.0; 3])).rgb.iter().all(|&v| v == 0)
-        );
+        assert!(SrgbPicture::tone_mapped(&Image::filled(4, 2, [0.0; 3])).rgb.iter().all(|&v| v == 0));
         let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
         let grey = SrgbPicture::tone_mapped(&sun).rgb[0];
         assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
@@ -176,9 +168,7 @@ mod tests {
         let panorama = SrgbPicture {
             width: 8,
             height: 4,
-            rgb: (0..32)
-                .flat_map(|i| if (5..7).contains(&(i % 8)) { [200, 0, 0] } else { [0, 100, 0] })
-                .collect(),
+            rgb: (0..32).flat_map(|i| if (5..7).contains(&(i % 8)) { [200, 0, 0] } else { [0, 100, 0] }).collect(),
         };
         let ball = panorama.mirror_ball(Quat::IDENTITY, 33);
         let at = |x: usize, y: usize| &ball.rgb[3 * (33 * y + x)..][..3];
@@ -193,8 +183,7 @@ mod tests {
         let picture = Image::from_fn(256, 128, |x, y| [if bright(x, y) { 4.0 } else { 0.2 }; 3]);
         let flat = SrgbPicture::tone_mapped(&picture);
         let brightest = |shown: &SrgbPicture| {
-            let sum =
-                |i: &usize| shown.rgb[3 * i..3 * i + 3].iter().map(|&v| u32::from(v)).sum::<u32>();
+            let sum = |i: &usize| shown.rgb[3 * i..3 * i + 3].iter().map(|&v| u32::from(v)).sum::<u32>();
             let i = (0..shown.width * shown.height).max_by_key(sum).unwrap();
             latlong::texel_direction(i % shown.width, i / shown.width, shown.width, shown.height)
         };

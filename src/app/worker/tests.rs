@@ -19,13 +19,9 @@ pub(crate) fn rig() -> Rig {
 
 /// A frame whose left half is lit by the left lamp alone.
 pub(crate) fn predicted(index: usize) -> (Frame, Field) {
-    let olat =
-        |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
+    let olat = |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
     let field = ReflectanceField::from_olats(&[olat(|x| x < 4), olat(|x| x >= 4)]);
-    (
-        Frame { index, plate: Image::filled(8, 8, [0.5; 3]), mask: Mask::filled(8, 8, 1.0) },
-        field.into(),
-    )
+    (Frame { index, plate: Image::filled(8, 8, [0.5; 3]), mask: Mask::filled(8, 8, 1.0) }, field.into())
 }
 
 /// A source of such predictions, compared with [`predicted`].
@@ -93,10 +89,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
     let open = move || {
         let opening = openings.fetch_add(1, Ordering::Relaxed) + 1;
         if fails(opening) {
-            return Err(Blocked {
-                sentence: format!("opening {opening} failed"),
-                need: Some(Need::Calibration),
-            });
+            return Err(Blocked { sentence: format!("opening {opening} failed"), need: Some(Need::Calibration) });
         }
         let began = began.clone();
         let predict = move |index| {

@@ -28,9 +28,7 @@ impl ViewTable {
     pub fn read(&mut self, scene: &Scene, path: Option<&PathBuf>) -> Result<Option<&Cube>> {
         let is_picture = scene.effects.inspection == Inspection::Picture;
         let is_ours = scene.viewing.through.is_none();
-        let Some(path) = path.filter(|_| is_picture && is_ours) else {
-            return Ok(None);
-        };
+        let Some(path) = path.filter(|_| is_picture && is_ours) else { return Ok(None) };
         let changed = changed(path);
         let is_known = |read: &ReadTable| read.path == *path && read.changed == changed;
         if !self.0.as_ref().is_some_and(is_known) {

@@ -40,9 +40,7 @@ pub enum Error {
     #[error("stopped on request: {kept}")]
     Cancelled { kept: String },
     /// A fault in Afterlight itself.
-    #[error(
-        "{problem}: this is a bug in Afterlight. Everything saved is safe; please report the bug"
-    )]
+    #[error("{problem}: this is a bug in Afterlight. Everything saved is safe; please report the bug")]
     Bug { problem: String },
 }
 
@@ -179,22 +177,12 @@ macro_rules! remedy {
 
 impl Error {
     /// The operating system refused to `action` the file at `path`.
-    pub fn io(
-        action: &'static str,
-        path: impl AsRef<Path>,
-        source: io::Error,
-        remedy: impl Into<Remedy>,
-    ) -> Self {
+    pub fn io(action: &'static str, path: impl AsRef<Path>, source: io::Error, remedy: impl Into<Remedy>) -> Self {
         Self::Io { action, path: path.as_ref().to_path_buf(), source, remedy: remedy.into() }
     }
 
     /// The content of the file at `path` could not be decoded or encoded.
-    pub fn codec(
-        action: &'static str,
-        path: impl AsRef<Path>,
-        cause: impl Display,
-        remedy: impl Into<Remedy>,
-    ) -> Self {
+    pub fn codec(action: &'static str, path: impl AsRef<Path>, cause: impl Display, remedy: impl Into<Remedy>) -> Self {
         Self::Codec {
             action,
             path: path.as_ref().to_path_buf(),
@@ -298,15 +286,10 @@ mod tests {
     fn a_full_disk_is_told_from_other_failures_and_its_note_comes_last() {
         let full = io::Error::from(io::ErrorKind::StorageFull);
         let error = Error::io("write", "out.exr", full, "Make room").with_note("2 frames are kept");
-        assert!(
-            matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull)
-        );
+        assert!(matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull));
         assert!(error.source().is_some());
         let sentence = error.to_string();
-        assert_eq!(
-            sentence,
-            "cannot write out.exr: the disk is full. Make room; 2 frames are kept"
-        );
+        assert_eq!(sentence, "cannot write out.exr: the disk is full. Make room; 2 frames are kept");
     }
 
     #[test]
@@ -314,10 +297,7 @@ mod tests {
         let error = Error::missing("no network yet", ("Train first", "afterlight train PROJECT"));
         assert_eq!(error.to_string(), "no network yet. Train first");
         let noted = error.with_note("2 frames are kept");
-        assert_eq!(
-            noted.for_terminal(),
-            "no network yet. Train first; 2 frames are kept (afterlight train PROJECT)"
-        );
+        assert_eq!(noted.for_terminal(), "no network yet. Train first; 2 frames are kept (afterlight train PROJECT)");
         let more = noted.with_how("--fresh");
         assert_eq!(more.how(), Some("afterlight train PROJECT; --fresh"));
         let lost = Error::GpuLost;

@@ -30,16 +30,16 @@ const EXTENSIONS: [(FileFormat, &[&str]); 9] = [
     (
         FileFormat::Movie,
         &[
-            "mov", "mp4", "m4v", "mxf", "mkv", "webm", "avi", "mts", "m2ts", "ts", "mpg", "mpeg",
-            "ogv", "wmv", "3gp", "nut",
+            "mov", "mp4", "m4v", "mxf", "mkv", "webm", "avi", "mts", "m2ts", "ts", "mpg", "mpeg", "ogv", "wmv", "3gp",
+            "nut",
         ],
     ),
     (FileFormat::RawMovie, &["r3d", "braw", "ari", "arx", "crm"]),
     (
         FileFormat::RawStill,
         &[
-            "3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "gpr", "iiq", "kdc", "mef",
-            "mrw", "nef", "nrw", "orf", "pef", "raf", "rw2", "srw",
+            "3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "gpr", "iiq", "kdc", "mef", "mrw", "nef", "nrw",
+            "orf", "pef", "raf", "rw2", "srw",
         ],
     ),
 ];

@@ -84,10 +84,7 @@ fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open(path)?;
     let length = file.metadata()?.len();
     if length > most {
-        return Err(io::Error::new(
-            ErrorKind::InvalidData,
-            format!("it has {length} bytes; the limit is {most}"),
-        ));
+        return Err(io::Error::new(ErrorKind::InvalidData, format!("it has {length} bytes; the limit is {most}")));
     }
     let mut bytes = Vec::with_capacity(length as usize);
     // It may grow meanwhile.
@@ -170,10 +167,7 @@ pub fn is_bare(name: &str) -> bool {
 ///
 /// # Errors
 /// When the folder or the file cannot be written; the old file then stays.
-pub fn write_beside(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-) -> Result<()> {
+pub fn write_beside(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
     let fail = |cause: io::Error| {
         let remedy = "Check that the folder can be written and the disk has room";
         Error::io("write", path, cause, remedy)
@@ -265,9 +259,7 @@ fn shortened(name: &str) -> String {
 pub fn remove_left_over(folder: &Path) {
     let now = SystemTime::now();
     for path in unfinished(folder) {
-        let Ok(file) = open_own(&path, OpenOptions::new().read(true)) else {
-            continue;
-        };
+        let Ok(file) = open_own(&path, OpenOptions::new().read(true)) else { continue };
         let age = (file.metadata().and_then(|data| data.modified()).ok())
             .and_then(|written| now.duration_since(written).ok())
             .unwrap_or_default();
@@ -290,9 +282,8 @@ fn unfinished(folder: &Path) -> Vec<PathBuf> {
     let is_ours = |name: &OsStr| {
         let name = name.to_string_lossy();
         let inner = name.strip_prefix('.').and_then(|name| name.strip_suffix(UNFINISHED));
-        (inner.and_then(|inner| inner.rsplit_once('.'))).is_some_and(|(_, random)| {
-            random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
-        })
+        (inner.and_then(|inner| inner.rsplit_once('.')))
+            .is_some_and(|(_, random)| random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric()))
     };
     entries.filter(|entry| is_ours(&entry.file_name())).map(|entry| entry.path()).collect()
 }
@@ -434,9 +425,7 @@ mod tests {
     #[test]
     fn texts_are_read_as_people_bring_them() {
         let text = "na\u{ef}ve \u{1f4a1}\n1,5\nend";
-        let wide = |unit: fn(u16) -> [u8; 2], text: &str| -> Vec<u8> {
-            text.encode_utf16().flat_map(unit).collect()
-        };
+        let wide = |unit: fn(u16) -> [u8; 2], text: &str| -> Vec<u8> { text.encode_utf16().flat_map(unit).collect() };
         type Bytes = fn(u16) -> [u8; 2];
         let (little, big): (Bytes, Bytes) = (u16::to_le_bytes, u16::to_be_bytes);
         let marked = format!("\u{feff}{text}");

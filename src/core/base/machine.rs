@@ -27,10 +27,7 @@ impl Machine {
 
     /// A line about the machine.
     pub fn words(&self) -> String {
-        format!(
-            "{}, {} threads, {}, Afterlight {}",
-            self.processor, self.threads, self.system, self.version
-        )
+        format!("{}, {} threads, {}, Afterlight {}", self.processor, self.threads, self.system, self.version)
     }
 }
 

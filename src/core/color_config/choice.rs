@@ -37,8 +37,7 @@ impl ColorChoice {
 
     /// True if pictures go through a view.
     pub fn is_view(&self) -> bool {
-        self.space.is_none()
-            && (self.display.is_some() || self.view.is_some() || self.look.is_some())
+        self.space.is_none() && (self.display.is_some() || self.view.is_some() || self.look.is_some())
     }
 
     /// The same choices with the project's configuration, if no other is chosen.
@@ -64,8 +63,7 @@ impl ColorChoice {
             self.config = Some(if is_built_in(&named) {
                 named
             } else {
-                (named.canonicalize())
-                    .map_err(|e| Error::io("open", &named, e, "Choose the file config.ocio"))?
+                (named.canonicalize()).map_err(|e| Error::io("open", &named, e, "Choose the file config.ocio"))?
             });
         }
         Ok(self)
@@ -78,13 +76,8 @@ impl ColorChoice {
     pub fn open(&self) -> Result<ColorConfig> {
         let Some(named) = self.named() else {
             return Err(Error::missing(
-                format!(
-                    "no OpenColorIO configuration is named, and the variable {VARIABLE} is not set"
-                ),
-                (
-                    "Name one, set it for the project, or set OCIO",
-                    "--ocio FILE, or afterlight ocio PROJECT --use FILE",
-                ),
+                format!("no OpenColorIO configuration is named, and the variable {VARIABLE} is not set"),
+                ("Name one, set it for the project, or set OCIO", "--ocio FILE, or afterlight ocio PROJECT --use FILE"),
             ));
         };
         ColorConfig::open(&named)

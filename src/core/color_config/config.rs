@@ -5,10 +5,7 @@ use super::transform::{Target, Transform};
 use super::vetted::{REMEDY, caught, check_files, check_text};
 use super::working::Working;
 use base::error::{Error, Result};
-use ocio::{
-    Config, DisplayViewTransform, GroupTransform, LookTransform, ReferenceSpaceType,
-    Transform as Step,
-};
+use ocio::{Config, DisplayViewTransform, GroupTransform, LookTransform, ReferenceSpaceType, Transform as Step};
 use std::path::{Path, PathBuf};
 
 /// Maximum size of a configuration in bytes.
@@ -47,18 +44,14 @@ impl ColorConfig {
         let mut config = config;
         if !is_built_in(path) {
             // Tables are searched from the folder of the configuration.
-            let whole =
-                std::path::absolute(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
+            let whole = std::path::absolute(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
             let folder = whole.parent().unwrap_or(Path::new("/")).to_string_lossy();
             config.set_working_dir(&folder);
         }
         check_files(path, &config)?;
         let working = caught(path, || Working::from_config(&config))?.map_err(|e| {
-            let problem = format!(
-                "linear Rec. 709 was not found in {}: {}",
-                path.display(),
-                e.message().replace('\n', " ")
-            );
+            let problem =
+                format!("linear Rec. 709 was not found in {}: {}", path.display(), e.message().replace('\n', " "));
             Error::invalid(
                 problem,
                 "Add the role aces_interchange to it, or the alias lin_rec709_scene to its linear Rec. 709",
@@ -82,22 +75,17 @@ impl ColorConfig {
     ///
     /// # Errors
     /// When the configuration lacks one of these, or one of its tables cannot be read.
-    pub fn to_view(
-        &self,
-        display: Option<&str>,
-        view: Option<&str>,
-        looks: Option<&str>,
-    ) -> Result<Transform> {
+    pub fn to_view(&self, display: Option<&str>, view: Option<&str>, looks: Option<&str>) -> Result<Transform> {
         let names = self.names();
         let first = names.displays.first();
         let display = match display {
             None => first.ok_or_else(|| self.lacks("display", "any", &[]))?,
-            Some(display) => (names.displays.iter())
-                .find(|known| known.name.eq_ignore_ascii_case(display))
-                .ok_or_else(|| {
+            Some(display) => {
+                (names.displays.iter()).find(|known| known.name.eq_ignore_ascii_case(display)).ok_or_else(|| {
                     let known = names.displays.iter().map(|display| &*display.name);
                     self.lacks("display", display, &known.collect::<Vec<_>>())
-                })?,
+                })?
+            }
         };
         let known: Vec<&str> = display.views.iter().map(String::as_str).collect();
         let view = match view {
@@ -117,11 +105,8 @@ impl ColorConfig {
         let target = Target::View { display: display.name.clone(), view: view.to_owned() };
         let display_space = self.config.display_view_color_space_name(&display.name, view);
         // A view in a display's own space uses the display's name.
-        let display_space = if display_space.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") {
-            &display.name
-        } else {
-            display_space
-        };
+        let display_space =
+            if display_space.eq_ignore_ascii_case("<USE_DISPLAY_NAME>") { &display.name } else { display_space };
         self.transform(steps.collect(), target, display_space)
     }
 
@@ -150,17 +135,12 @@ impl ColorConfig {
             }
             None => ocio::ColorSpaceTransform::new(self.working.name(), &name).into(),
         };
-        let target = Target::Space {
-            is_linear: self.is_linear(&name) && looks.is_none(),
-            name: name.clone(),
-        };
+        let target = Target::Space { is_linear: self.is_linear(&name) && looks.is_none(), name: name.clone() };
         self.transform(vec![step], target, &name)
     }
 
     fn is_linear(&self, space: &str) -> bool {
-        let found = caught(&self.path, || {
-            (self.config).is_color_space_linear(space, ReferenceSpaceType::Scene)
-        });
+        let found = caught(&self.path, || (self.config).is_color_space_linear(space, ReferenceSpaceType::Scene));
         matches!(found, Ok(Ok(true)))
     }
 
@@ -173,8 +153,7 @@ impl ColorConfig {
 
     /// Checks that looks of these names exist.
     fn check_looks(&self, looks: &str) -> Result<()> {
-        let names =
-            looks.split([',', ':', '|']).map(|name| name.trim().trim_start_matches(['+', '-']));
+        let names = looks.split([',', ':', '|']).map(|name| name.trim().trim_start_matches(['+', '-']));
         for name in names.map(str::trim).filter(|name| !name.is_empty()) {
             if self.config.look(name).is_none() {
                 let known = self.names().looks;
@@ -189,14 +168,8 @@ impl ColorConfig {
         let steps = GroupTransform { transforms: steps, ..GroupTransform::default() };
         let processor = caught(&self.path, || self.working.processor(&self.config, &steps.into()))?;
         let processor = processor.map_err(|e| Error::codec("use", &self.path, e, REMEDY))?;
-        let interop_id =
-            (self.config.get_color_space(space)).map(|space| space.interop_id().to_owned());
-        Ok(Transform::new(
-            processor,
-            target,
-            interop_id.filter(|id| !id.is_empty()),
-            space.to_owned(),
-        ))
+        let interop_id = (self.config.get_color_space(space)).map(|space| space.interop_id().to_owned());
+        Ok(Transform::new(processor, target, interop_id.filter(|id| !id.is_empty()), space.to_owned()))
     }
 
     fn lacks(&self, what: &str, name: &str, known: &[&str]) -> Error {

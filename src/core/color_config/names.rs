@@ -69,12 +69,8 @@ impl ConfigNames {
         Self {
             config: path.to_path_buf(),
             description: config.description().trim().to_owned(),
-            displays: (displays.into_iter())
-                .map(|name| DisplayNames { views: views(&name), name })
-                .collect(),
-            looks: (0..config.num_looks())
-                .map(|i| config.look_name_by_index(i).to_owned())
-                .collect(),
+            displays: (displays.into_iter()).map(|name| DisplayNames { views: views(&name), name }).collect(),
+            looks: (0..config.num_looks()).map(|i| config.look_name_by_index(i).to_owned()).collect(),
             roles: (0..config.num_roles())
                 .map(|i| Role {
                     role: config.role_name(i).to_owned(),

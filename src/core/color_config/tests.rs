@@ -20,8 +20,7 @@ fn own(folder: &Path, spaces: &str) -> PathBuf {
     let mut cube = "LUT_3D_SIZE 9\n".to_owned();
     for i in 0..729 {
         let [r, g, b] = [i % 9, i / 9 % 9, i / 81].map(|v| v as f32 / 8.0);
-        writeln!(cube, "{} {} {}", r.powf(0.8), 0.9 * g + 0.1 * r * b, b * b * (3.0 - 2.0 * b))
-            .unwrap();
+        writeln!(cube, "{} {} {}", r.powf(0.8), 0.9 * g + 0.1 * r * b, b * b * (3.0 - 2.0 * b)).unwrap();
     }
     std::fs::write(luts.join("film.cube"), cube).unwrap();
     let mut curve = "Version 1\nFrom 0.0 1.0\nLength 64\nComponents 1\n{\n".to_owned();
@@ -161,9 +160,7 @@ fn compare(python: &Path, path: &Path, pixels: &[[f32; 3]], looks: Option<&str>)
     let mut arguments = vec![path.to_str().unwrap(), source, looks.unwrap_or_default()];
     arguments.extend(targets.iter().map(String::as_str));
     let wanted = theirs(python, pixels, &arguments);
-    for (target, (found, wanted)) in
-        targets.iter().zip(found.chunks(pixels.len()).zip(wanted.chunks(pixels.len())))
-    {
+    for (target, (found, wanted)) in targets.iter().zip(found.chunks(pixels.len()).zip(wanted.chunks(pixels.len()))) {
         let off = apart(found, wanted);
         assert!(off < 1e-4, "{} {target}: {off}", path.display());
     }
@@ -174,9 +171,7 @@ fn compare(python: &Path, path: &Path, pixels: &[[f32; 3]], looks: Option<&str>)
 
 #[test]
 fn views_and_spaces_are_those_of_opencolorio_on_a_chart_and_on_a_frame() {
-    let Some(python) = test_support::python(&["PyOpenColorIO"]) else {
-        return;
-    };
+    let Some(python) = test_support::python(&["PyOpenColorIO"]) else { return };
     for name in BUILT_IN {
         compare(&python, Path::new(name), &chart(), None);
     }
@@ -228,8 +223,7 @@ fn a_view_of_aces_2_is_looked_through_within_a_code_of_8_bits_and_one_with_corne
                 println!("{} {name}: frame {by_frame:.2?}, chart {by_chart:.2?}", display.name);
                 // ACES 1.0 clips before its displays' powers, and tables have corners: the error is larger within
                 // a cell near black.
-                let (mean, most) =
-                    if path == Path::new(BUILT_IN[0]) { (0.25, 1.0) } else { (0.4, 3.0) };
+                let (mean, most) = if path == Path::new(BUILT_IN[0]) { (0.25, 1.0) } else { (0.4, 3.0) };
                 assert!(by_frame[0] < mean && by_frame[1] < most, "{name}: {by_frame:?}");
                 assert!(by_chart[0] < 0.5, "{name}: {by_chart:?}");
             }
@@ -295,11 +289,8 @@ fn a_role_brings_our_light_to_its_space() {
     // The encoding is known, whatever its name.
     let views = [Some("Film"), Some("Print")].map(|view| config.to_view(None, view, None).unwrap());
     assert!(views[0].identity() != views[1].identity());
-    std::fs::write(
-        folder.path().join("luts/print.spi1d"),
-        "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n}\n",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("luts/print.spi1d"), "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n1\n}\n")
+        .unwrap();
     let other = ColorConfig::open(&path).unwrap().to_view(None, Some("Print"), None).unwrap();
     assert!(other.identity() != views[1].identity(), "a table has changed");
 }
@@ -358,9 +349,7 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         "a: &a [x]\n".repeat(100),
         "&".repeat(4 << 20),
         // Each list contains the one before nine times.
-        (0..20)
-            .map(|i| format!("k{i}: &a{i} [{}]\n", format!("*a{}, ", i.max(1) - 1).repeat(9)))
-            .collect(),
+        (0..20).map(|i| format!("k{i}: &a{i} [{}]\n", format!("*a{}, ", i.max(1) - 1).repeat(9))).collect(),
         changed("ocio_profile_version: 2.1", "ocio_profile_version: 99"),
         changed("ocio_profile_version: 2.1", ""),
         changed("!<View> {name: Film,", "!<View> {name: Film"),
@@ -406,9 +395,7 @@ fn what_is_no_configuration_is_refused_with_a_sentence() {
         std::os::unix::fs::symlink("/dev/zero", &film).unwrap();
         assert!(view().unwrap_err().to_string().contains("film.cube"));
     }
-    let outside = text
-        .replace("search_path: luts", "search_path: /etc:../../..:luts")
-        .replace("film.cube", "passwd");
+    let outside = text.replace("search_path: luts", "search_path: /etc:../../..:luts").replace("film.cube", "passwd");
     std::fs::write(&plain, outside).unwrap();
     view().unwrap_err();
     test_support::shown!(Strangers, "An OpenColorIO configuration that is broken, nested without end, or names devices as tables",

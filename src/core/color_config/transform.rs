@@ -32,12 +32,7 @@ pub struct Transform {
 }
 
 impl Transform {
-    pub(super) fn new(
-        processor: Processor,
-        target: Target,
-        interop_id: Option<String>,
-        space: String,
-    ) -> Self {
+    pub(super) fn new(processor: Processor, target: Target, interop_id: Option<String>, space: String) -> Self {
         Self {
             identity: processor.cache_id(),
             // Without the approximations for real-time playback.
@@ -65,10 +60,7 @@ impl Transform {
         let mut codes = light.clone();
         self.apply(&mut codes.pixels);
         let pixels = codes.pixels.into_par_iter().with_min_len(CHUNK);
-        Encoded(Raster {
-            pixels: pixels.map(|code| code.map(unit)).collect(),
-            ..light.map(|_| [0.0; 3])
-        })
+        Encoded(Raster { pixels: pixels.map(|code| code.map(unit)).collect(), ..light.map(|_| [0.0; 3]) })
     }
 
     /// A view as a display table, under its names in the configuration. Values between the table's entries are

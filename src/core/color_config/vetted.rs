@@ -21,12 +21,8 @@ const LONGEST_NAME: usize = 64;
 /// # Errors
 /// When it panics.
 pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(act)).map_err(|_| {
-        Error::invalid(
-            format!("{} contains text that OpenColorIO cannot parse", path.display()),
-            REMEDY,
-        )
-    })
+    catch_unwind(AssertUnwindSafe(act))
+        .map_err(|_| Error::invalid(format!("{} contains text that OpenColorIO cannot parse", path.display()), REMEDY))
 }
 
 /// Rejects texts that are nested too deeply for the reader, or repeat themselves without end.
@@ -34,9 +30,7 @@ pub(super) fn caught<T>(path: &Path, act: impl FnOnce() -> T) -> Result<T> {
 /// # Errors
 /// When the text does either.
 pub(super) fn check_text<'a>(path: &Path, text: &'a str) -> Result<()> {
-    let wrong = |problem: &str| {
-        Error::invalid(format!("{} is not a configuration: {problem}", path.display()), REMEDY)
-    };
+    let wrong = |problem: &str| Error::invalid(format!("{} is not a configuration: {problem}", path.display()), REMEDY);
     let mut open = 0usize;
     let (mut anchors, mut aliases) = (HashSet::new(), 0);
     // Names differ in their first bytes; a line may be one name of megabytes.
@@ -113,21 +107,13 @@ pub(super) fn check_files(path: &Path, config: &Config) -> Result<()> {
 }
 
 fn check_file(path: &Path, config: &Config, named: &str) -> Result<()> {
-    let Ok(table) = config.current_context().resolve_file_location(named) else {
-        return Ok(());
-    };
-    let Ok(data) = std::fs::metadata(&table) else {
-        return Ok(());
-    };
+    let Ok(table) = config.current_context().resolve_file_location(named) else { return Ok(()) };
+    let Ok(data) = std::fs::metadata(&table) else { return Ok(()) };
     if data.len() <= MOST_TABLE {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "the table {table} of {} has {} bytes, but the limit is {MOST_TABLE}",
-            path.display(),
-            data.len()
-        ),
+        format!("the table {table} of {} has {} bytes, but the limit is {MOST_TABLE}", path.display(), data.len()),
         REMEDY,
     ))
 }

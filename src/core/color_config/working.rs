@@ -46,9 +46,7 @@ impl Working {
         }
         let linear = config.get_color_space(SCENE_LINEAR);
         let linear = linear.ok_or_else(|| {
-            ocio::Error::msg(
-                "it has no linear Rec. 709 under a known name, and no role scene_linear",
-            )
+            ocio::Error::msg("it has no linear Rec. 709 under a known name, and no role scene_linear")
         })?;
         let name = linear.name().to_owned();
         let processor = Config::get_processor_from_builtin_color_space(BUILT_IN, config, &name)?;

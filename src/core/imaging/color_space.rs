@@ -30,8 +30,7 @@ pub struct Primaries {
 }
 
 const D65: [f64; 2] = [0.3127, 0.3290];
-const BRADFORD: Matrix =
-    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
+const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 impl ColorSpace {
     /// Chromaticities of its corners and its white.
@@ -41,9 +40,7 @@ impl ColorSpace {
             Self::Rec709 => primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65),
             Self::P3D65 => primaries([0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65),
             Self::Rec2020 => primaries([0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65),
-            Self::AcesCg => {
-                primaries([0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767])
-            }
+            Self::AcesCg => primaries([0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767]),
         }
     }
 
@@ -61,11 +58,8 @@ impl Primaries {
     pub fn is_usable(self) -> bool {
         let Self { red, green, blue, white } = self;
         let corners = [red, green, blue, white];
-        let area =
-            (green[0] - red[0]) * (blue[1] - red[1]) - (blue[0] - red[0]) * (green[1] - red[1]);
-        corners.iter().flatten().all(|v| v.is_finite() && v.abs() < 2.0)
-            && area.abs() > 1e-4
-            && white[1] > 1e-3
+        let area = (green[0] - red[0]) * (blue[1] - red[1]) - (blue[0] - red[0]) * (green[1] - red[1]);
+        corners.iter().flatten().all(|v| v.is_finite() && v.abs() < 2.0) && area.abs() > 1e-4 && white[1] > 1e-3
     }
 
     /// The matrix from linear light of these primaries to `to`, with the white adapted.
@@ -100,10 +94,7 @@ impl Primaries {
             ("Rec. 2020", ColorSpace::Rec2020.primaries()),
             ("ACEScg", ColorSpace::AcesCg.primaries()),
             // SMPTE ST 2065-1.
-            (
-                "ACES2065-1",
-                primaries([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767]),
-            ),
+            ("ACES2065-1", primaries([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767])),
             ("CIE XYZ", primaries([1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0])),
         ];
         let known = spaces.into_iter().find(|(_, space)| self.is_like(*space));

@@ -46,9 +46,8 @@ impl Cube {
     /// When it cannot be read, is too long, or is not such a table; the error gives the line.
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path, MOST_BYTES).map_err(|e| Error::io("read", path, e, REMEDY))?;
-        Self::parse(&text).map_err(|problem| {
-            Error::invalid(format!("{} is not a look-up table: {problem}", path.display()), REMEDY)
-        })
+        Self::parse(&text)
+            .map_err(|problem| Error::invalid(format!("{} is not a look-up table: {problem}", path.display()), REMEDY))
     }
 
     /// Reads a file's text.
@@ -153,10 +152,7 @@ impl Header {
             return Err("it has neither LUT_1D_SIZE nor LUT_3D_SIZE".to_owned());
         }
         if values.len() != entries {
-            return Err(format!(
-                "its sizes need {entries} lines of values, but it has {}",
-                values.len()
-            ));
+            return Err(format!("its sizes need {entries} lines of values, but it has {}", values.len()));
         }
         let cube_values = values.split_off(self.curve.unwrap_or(0));
         let domain = [self.domain[0].unwrap_or([0.0; 3]), self.domain[1].unwrap_or([1.0; 3])];
@@ -166,11 +162,7 @@ impl Header {
             let [least, most]: [[f32; 3]; 2] = range.map_or(domain, |range| range.map(|v| [v; 3]));
             let is_range = (0..3).all(|c| least[c] < most[c] && (most[c] - least[c]).is_finite());
             let table = |size| Table { size, least, most, values };
-            if is_range {
-                Ok(size.map(table))
-            } else {
-                Err(format!("its inputs go from {least:?} to {most:?}"))
-            }
+            if is_range { Ok(size.map(table)) } else { Err(format!("its inputs go from {least:?} to {most:?}")) }
         };
         Ok(Cube {
             curves: table(self.curve, self.curve_range, domain, values)?,

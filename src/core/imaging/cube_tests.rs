@@ -12,12 +12,8 @@ fn bent(size: usize, domain: &str) -> String {
         for g in 0..size {
             for r in 0..size {
                 let (r, g, b) = (at(r), at(g), at(b));
-                text += &format!(
-                    "{} {} {}\n",
-                    r.powf(0.6) * 0.9 + 0.1 * g * b,
-                    g * g + 0.05 * r,
-                    (b + 0.2 * r * g).sin()
-                );
+                text +=
+                    &format!("{} {} {}\n", r.powf(0.6) * 0.9 + 0.1 * g * b, g * g + 0.05 * r, (b + 0.2 * r * g).sin());
             }
         }
     }
@@ -86,10 +82,7 @@ fn what_is_no_table_is_refused_with_its_line() {
         ("LUT_1D_SIZE 2\n0 0 0\n0 0 0 0\n", "line 3"),
         ("LUT_1D_SIZE 2\n0 0 0\nTITLE late\n1 1 1\n", "after the values"),
         ("LUT_1D_SIZE 2\nDOMAIN_MIN 1 1 1\n0 0 0\n1 1 1\n", "inputs go from"),
-        (
-            "LUT_1D_SIZE 2\nDOMAIN_MIN -3e38 0 0\nDOMAIN_MAX 3e38 1 1\n0 0 0\n1 1 1\n",
-            "inputs go from",
-        ),
+        ("LUT_1D_SIZE 2\nDOMAIN_MIN -3e38 0 0\nDOMAIN_MAX 3e38 1 1\n0 0 0\n1 1 1\n", "inputs go from"),
         ("<html>\n", "line 1"),
         ("WHATEVER 3\n", "unknown keyword"),
     ] {
@@ -154,9 +147,7 @@ fn compare(found: impl Iterator<Item = [f32; 3]>, theirs: &[[f32; 3]], what: &st
 
 #[test]
 fn tables_and_spaces_are_those_of_opencolorio() {
-    let Some(python) = test_support::python(&["PyOpenColorIO"]) else {
-        return;
-    };
+    let Some(python) = test_support::python(&["PyOpenColorIO"]) else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("look.cube");
     for (name, text) in [
@@ -171,21 +162,18 @@ fn tables_and_spaces_are_those_of_opencolorio() {
         let theirs = theirs(&python, folder.path(), &["table", path.to_str().unwrap()]);
         compare(chart().into_iter().map(|rgb| cube.apply(rgb)), &theirs, name);
     }
-    for (space, name) in [
-        (ColorSpace::AcesCg, "ACEScg"),
-        (ColorSpace::P3D65, "Linear P3-D65"),
-        (ColorSpace::Rec2020, "Linear Rec.2020"),
-    ] {
+    for (space, name) in
+        [(ColorSpace::AcesCg, "ACEScg"), (ColorSpace::P3D65, "Linear P3-D65"), (ColorSpace::Rec2020, "Linear Rec.2020")]
+    {
         let theirs = theirs(&python, folder.path(), &["space", name]);
         let matrix = ColorSpace::Rec709.matrix_to(space);
         compare(chart().into_iter().map(|rgb| transformed(&matrix, rgb)), &theirs, name);
     }
     // Codes exist only between 0 and 1.
     let within = |rgb: &[f32; 3]| rgb.iter().all(|v| (0.0..=1.0).contains(v));
-    for (code, name) in [
-        (srgb_from_linear as fn(f32) -> f32, "sRGB - Texture"),
-        (bt1886_from_linear, "Gamma 2.4 Rec.709 - Texture"),
-    ] {
+    for (code, name) in
+        [(srgb_from_linear as fn(f32) -> f32, "sRGB - Texture"), (bt1886_from_linear, "Gamma 2.4 Rec.709 - Texture")]
+    {
         let theirs = theirs(&python, folder.path(), &["space", name]);
         let pairs = chart().into_iter().zip(theirs).filter(|(rgb, _)| within(rgb));
         let (chart, theirs): (Vec<_>, Vec<_>) = pairs.unzip();

@@ -47,11 +47,7 @@ impl DisplayTable {
         }
         let mut hasher = DefaultHasher::new();
         (values.iter().flatten()).for_each(|value| value.to_bits().hash(&mut hasher));
-        Self {
-            name,
-            table: Table { size: SIZE, least: [0.0; 3], most: [1.0; 3], values },
-            identity: hasher.finish(),
-        }
+        Self { name, table: Table { size: SIZE, least: [0.0; 3], most: [1.0; 3], values }, identity: hasher.finish() }
     }
 
     /// Codes of light, in `[0, 1]`. Negative light and NaN count as black.

@@ -114,8 +114,7 @@ impl DualGamma {
             for i in -3..=3 {
                 for j in -3..=3 {
                     let near = |gamma: f32, steps: i32| {
-                        (gamma + step * steps as f32)
-                            .clamp(*Self::BOUNDS.start(), *Self::BOUNDS.end())
+                        (gamma + step * steps as f32).clamp(*Self::BOUNDS.start(), *Self::BOUNDS.end())
                     };
                     let curve = Self::new(near(centre.gamma1, i), near(centre.gamma2, j));
                     if let Ok(curve) = curve
@@ -150,12 +149,8 @@ pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync)
 }
 
 /// A picture with every channel of every pixel mapped.
-pub(super) fn map_values(
-    picture: &Raster<[f32; 3]>,
-    value: impl Fn(f32) -> f32 + Sync,
-) -> Raster<[f32; 3]> {
-    let pixels =
-        picture.pixels.par_iter().with_min_len(4096).map(|pixel| pixel.map(&value)).collect();
+pub(super) fn map_values(picture: &Raster<[f32; 3]>, value: impl Fn(f32) -> f32 + Sync) -> Raster<[f32; 3]> {
+    let pixels = picture.pixels.par_iter().with_min_len(4096).map(|pixel| pixel.map(&value)).collect();
     Raster { width: picture.width, height: picture.height, pixels }
 }
 
@@ -212,13 +207,7 @@ mod tests {
     #[test]
     fn hostile_values_go_to_the_ends() {
         let curve = DualGamma::new(2.6, 2.1).unwrap();
-        for (value, end) in [
-            (f32::NAN, 0.0),
-            (-1.0, 0.0),
-            (f32::NEG_INFINITY, 0.0),
-            (2.0, 1.0),
-            (f32::INFINITY, 1.0),
-        ] {
+        for (value, end) in [(f32::NAN, 0.0), (-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (2.0, 1.0), (f32::INFINITY, 1.0)] {
             assert_eq!(curve.decode_value(value), end);
             assert_eq!(curve.encode_value(value), end);
         }
@@ -227,8 +216,7 @@ mod tests {
 
     #[test]
     fn impossible_exponents_are_refused() {
-        for (g1, g2) in [(f32::NAN, 2.0), (2.0, f32::INFINITY), (0.9, 2.0), (2.0, 4.1), (-2.0, 2.0)]
-        {
+        for (g1, g2) in [(f32::NAN, 2.0), (2.0, f32::INFINITY), (0.9, 2.0), (2.0, 4.1), (-2.0, 2.0)] {
             assert!(DualGamma::new(g1, g2).is_err(), "({g1}, {g2})");
         }
         assert!(!DualGamma { gamma1: 1.0, gamma2: 20.0 }.is_monotone());

@@ -170,16 +170,9 @@ pub fn write_mask_png(path: &Path, mask: &Mask) -> Result<()> {
     write_png_bytes(path, mask.size(), &bytes, ExtendedColorType::L8)
 }
 
-fn write_png_bytes(
-    path: &Path,
-    (width, height): (usize, usize),
-    bytes: &[u8],
-    color: ExtendedColorType,
-) -> Result<()> {
+fn write_png_bytes(path: &Path, (width, height): (usize, usize), bytes: &[u8], color: ExtendedColorType) -> Result<()> {
     write_beside(path, |out| {
-        PngEncoder::new(out)
-            .write_image(bytes, width as u32, height as u32, color)
-            .map_err(io_error)
+        PngEncoder::new(out).write_image(bytes, width as u32, height as u32, color).map_err(io_error)
     })
 }
 
@@ -199,9 +192,7 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
     exr::prelude::Image::from_layer(layer)
         .write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
-        .map_err(|e| {
-            base::error::Error::codec("encode", path, e, "Check the size of the picture")
-        })?;
+        .map_err(|e| base::error::Error::codec("encode", path, e, "Check the size of the picture"))?;
     write_beside(path, |out| out.write_all(&bytes))
 }
 

@@ -18,8 +18,7 @@ pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
     for part in parts {
         let (block, layer) = (part.max_block_pixel_size(), part.layer_size);
         let (width, height) = (block.x().min(layer.x()), block.y().min(layer.y()));
-        let bytes = (width.checked_mul(height))
-            .and_then(|pixels| pixels.checked_mul(part.channels.bytes_per_pixel));
+        let bytes = (width.checked_mul(height)).and_then(|pixels| pixels.checked_mul(part.channels.bytes_per_pixel));
         if bytes.is_none_or(|bytes| bytes > MAX_BLOCK_BYTES) {
             return Err(format!(
                 "its blocks have {width} × {height} pixels of {} bytes; the limit per block is \
@@ -36,8 +35,6 @@ pub(crate) fn check_size((width, height): (usize, usize)) -> std::result::Result
     match width.checked_mul(height) {
         Some(0) => Err("it has no pixels".to_owned()),
         Some(pixels) if pixels <= MAX_PIXELS => Ok(()),
-        _ => Err(format!(
-            "it claims to have {width} × {height} pixels, and at most {MAX_PIXELS} are read"
-        )),
+        _ => Err(format!("it claims to have {width} × {height} pixels, and at most {MAX_PIXELS} are read")),
     }
 }

@@ -51,10 +51,6 @@ impl<T: Copy> Raster<T> {
 
     /// A raster of the same size with every pixel mapped by `f`.
     pub fn map<U>(&self, f: impl FnMut(T) -> U) -> Raster<U> {
-        Raster {
-            width: self.width,
-            height: self.height,
-            pixels: self.pixels.iter().copied().map(f).collect(),
-        }
+        Raster { width: self.width, height: self.height, pixels: self.pixels.iter().copied().map(f).collect() }
     }
 }

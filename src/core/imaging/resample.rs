@@ -83,29 +83,16 @@ pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Rast
 
 /// Resizes a part as [`resize`] does: the first of `size` pixels begins at column and row `start` of the source, and each is
 /// `ratios` source pixels wide and high. Pixels beyond the source are 0.
-pub fn resize_part<T: Blend>(
-    source: &Raster<T>,
-    size: (usize, usize),
-    start: [f64; 2],
-    ratios: [f64; 2],
-) -> Raster<T> {
+pub fn resize_part<T: Blend>(source: &Raster<T>, size: (usize, usize), start: [f64; 2], ratios: [f64; 2]) -> Raster<T> {
     let along = |source, target, axis: usize| {
         let (start, ratio) = (start[axis], ratios[axis]);
-        if ratio > 1.0 {
-            coverage(source, target, start, ratio)
-        } else {
-            interpolation(source, target, start, ratio)
-        }
+        if ratio > 1.0 { coverage(source, target, start, ratio) } else { interpolation(source, target, start, ratio) }
     };
     resampled(source, &along(source.width, size.0, 0), &along(source.height, size.1, 1))
 }
 
 /// Applies each axis's shares to make the target's pixels.
-fn resampled<T: Blend>(
-    source: &Raster<T>,
-    columns: &[Vec<(usize, f32)>],
-    rows: &[Vec<(usize, f32)>],
-) -> Raster<T> {
+fn resampled<T: Blend>(source: &Raster<T>, columns: &[Vec<(usize, f32)>], rows: &[Vec<(usize, f32)>]) -> Raster<T> {
     let (width, height) = (columns.len(), rows.len());
     let mut narrow = vec![T::ZERO; width * source.height];
     let lines = narrow.par_chunks_mut(width.max(1)).zip(source.pixels.par_chunks(source.width));

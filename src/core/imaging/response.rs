@@ -57,11 +57,7 @@ impl Response {
             return Ok(Self::Log(k));
         }
         Err(Error::invalid(
-            format!(
-                "K = {k} of a log curve is not from {} to {}",
-                Self::LOG_BOUNDS.start(),
-                Self::LOG_BOUNDS.end()
-            ),
+            format!("K = {k} of a log curve is not from {} to {}", Self::LOG_BOUNDS.start(), Self::LOG_BOUNDS.end()),
             "Cameras have about 10 to 60",
         ))
     }
@@ -208,8 +204,7 @@ enum Standard {
 
 impl From<Response> for Stored {
     fn from(response: Response) -> Self {
-        let [gamma1, gamma2] =
-            response.exponents().map_or([None; 2], |exponents| exponents.map(Some));
+        let [gamma1, gamma2] = response.exponents().map_or([None; 2], |exponents| exponents.map(Some));
         let curve = match response {
             Response::Dual(_) => None,
             Response::Power(_) => Some(Standard::Power),
@@ -230,8 +225,7 @@ impl TryFrom<Stored> for Response {
     type Error = Error;
 
     fn try_from(stored: Stored) -> Result<Self, Error> {
-        let dual =
-            || DualGamma::new(stored.gamma1.unwrap_or(f32::NAN), stored.gamma2.unwrap_or(f32::NAN));
+        let dual = || DualGamma::new(stored.gamma1.unwrap_or(f32::NAN), stored.gamma2.unwrap_or(f32::NAN));
         Ok(match stored.curve {
             None => Self::Dual(dual()?),
             Some(Standard::Power) => Self::Power(dual()?.gamma1),
@@ -278,8 +272,7 @@ mod tests {
     fn curves() -> impl Strategy<Value = Response> {
         let exponent = || prop_oneof![Just(1.0f32), Just(4.0f32), 1.0f32..=4.0];
         prop_oneof![
-            (exponent(), exponent())
-                .prop_map(|(gamma1, gamma2)| Response::Dual(DualGamma { gamma1, gamma2 })),
+            (exponent(), exponent()).prop_map(|(gamma1, gamma2)| Response::Dual(DualGamma { gamma1, gamma2 })),
             exponent().prop_map(Response::Power),
             Just(Response::Srgb),
             Just(Response::Rec709),
@@ -405,9 +398,7 @@ mod tests {
 
     #[test]
     fn pictures_are_decoded_and_encoded_like_their_values() {
-        let picture = Encoded(Raster::from_fn(256, 2, |x, y| {
-            [x as f32 / 255.0, (x + y) as f32 / 300.0, 0.5]
-        }));
+        let picture = Encoded(Raster::from_fn(256, 2, |x, y| [x as f32 / 255.0, (x + y) as f32 / 300.0, 0.5]));
         for curve in all() {
             let light = curve.decode(&picture);
             for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {

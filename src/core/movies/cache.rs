@@ -47,8 +47,7 @@ pub(crate) fn put(key: Key, pixels: Arc<Pixels>) {
             cache.bytes -= bytes(&old);
         }
         while cache.bytes > MOST_BYTES && cache.frames.len() > 1 {
-            let oldest =
-                cache.frames.iter().min_by_key(|(_, (used, _))| *used).map(|(&key, _)| key);
+            let oldest = cache.frames.iter().min_by_key(|(_, (used, _))| *used).map(|(&key, _)| key);
             let gone = oldest.and_then(|key| cache.frames.remove(&key));
             cache.bytes -= gone.map_or(0, |(_, pixels)| bytes(&pixels));
         }
@@ -71,8 +70,7 @@ mod tests {
     fn frames_take_no_more_than_their_share_and_the_newest_stay() {
         // 48 MB each.
         let size = (2000, 4000);
-        let frame =
-            Arc::new(Pixels { size, has_alpha: false, codes: vec![0; 3 * size.0 * size.1] });
+        let frame = Arc::new(Pixels { size, has_alpha: false, codes: vec![0; 3 * size.0 * size.1] });
         let movie = u64::MAX;
         for number in 0..8 {
             put((movie, number), frame.clone());

@@ -43,9 +43,7 @@ impl Stamp {
     /// When it is missing or not a file.
     pub fn from_path(path: &Path) -> Result<Self> {
         let file = base::files::open(path).and_then(|file| file.metadata());
-        let data = file.map_err(|e| {
-            Error::io("open", path, e, "Check that the movie is there and can be read")
-        })?;
+        let data = file.map_err(|e| Error::io("open", path, e, "Check that the movie is there and can be read"))?;
         let changed = data.modified().ok();
         let since = changed.and_then(|at| at.duration_since(SystemTime::UNIX_EPOCH).ok());
         Ok(Self { bytes: data.len(), changed: since.map_or(0, |since| since.as_nanos()) })
@@ -125,9 +123,7 @@ impl Index {
     /// When the movie cannot be listed.
     pub fn time(&self, frame: u64) -> Result<Option<i64>> {
         match self {
-            Self::Even { start, step, count } => {
-                Ok((frame < *count).then(|| start + frame as i64 * step))
-            }
+            Self::Even { start, step, count } => Ok((frame < *count).then(|| start + frame as i64 * step)),
             Self::Listed(listed) => {
                 let there = listed.wait(frame.saturating_add(1))? > frame;
                 there.then(|| listed.read(frame).map(|(time, _)| time)).transpose()
@@ -142,9 +138,7 @@ impl Index {
     /// When the index cannot be read.
     pub fn key_before(&self, frame: u64) -> Result<Option<(u64, i64)>> {
         match self {
-            Self::Even { start, step, .. } => {
-                Ok((frame > 0).then(|| (frame, start + frame as i64 * step)))
-            }
+            Self::Even { start, step, .. } => Ok((frame > 0).then(|| (frame, start + frame as i64 * step))),
             Self::Listed(listed) => {
                 for at in (1..=frame).rev() {
                     if let (time, true) = listed.read(at)? {
@@ -187,19 +181,12 @@ impl Listed {
     }
 
     /// Starts listing the movie's packets in the background.
-    fn make(
-        path: &Path,
-        info: &Info,
-        stamp: Stamp,
-        kept: Option<PathBuf>,
-        tools: &Tools,
-    ) -> Result<Arc<Self>> {
+    fn make(path: &Path, info: &Info, stamp: Stamp, kept: Option<PathBuf>, tools: &Tools) -> Result<Arc<Self>> {
         let unfinished = kept.as_ref().and_then(|kept| {
             remove_old(kept.parent()?);
             base::files::Unfinished::beside(kept).ok()
         });
-        let refuse =
-            |e| Error::io("write", std::env::temp_dir(), e, "Check that the disk has room");
+        let refuse = |e| Error::io("write", std::env::temp_dir(), e, "Check that the disk has room");
         let (file, mut out) = match &unfinished {
             Some(unfinished) => {
                 let open = || OpenOptions::new().read(true).write(true).open(unfinished.path());
@@ -225,8 +212,7 @@ impl Listed {
                 let say = |e: std::io::Error| format!("its index cannot be written: {e}");
                 out.seek(SeekFrom::Start(HEADER)).map_err(say)?;
                 list(&path, stream, source, &tools, |piece| {
-                    let bytes: Vec<u8> =
-                        (piece.iter().flat_map(|packed| packed.to_le_bytes())).collect();
+                    let bytes: Vec<u8> = (piece.iter().flat_map(|packed| packed.to_le_bytes())).collect();
                     out.write_all(&bytes).map_err(say)?;
                     count += piece.len() as u64;
                     let listed = weak.upgrade().ok_or("the index is no longer used")?;
@@ -286,8 +272,7 @@ impl Listed {
     fn read(&self, frame: u64) -> Result<(i64, bool)> {
         let mut bytes = [0; 8];
         let mut file = locked(&self.file);
-        let read = (file.seek(SeekFrom::Start(HEADER + 8 * frame)))
-            .and_then(|_| file.read_exact(&mut bytes));
+        let read = (file.seek(SeekFrom::Start(HEADER + 8 * frame))).and_then(|_| file.read_exact(&mut bytes));
         read.map_err(|e| Error::io("read the index of", &self.name, e, "Try again"))?;
         let packed = i64::from_le_bytes(bytes);
         Ok((packed >> 1, packed & 1 == 1))
@@ -319,8 +304,7 @@ fn list(
         Times::Frames => "frame=best_effort_timestamp",
     };
     let stream = stream.to_string();
-    let words =
-        ["-v", "error", "-of", "csv=p=0", "-select_streams", &stream, "-show_entries", entries];
+    let words = ["-v", "error", "-of", "csv=p=0", "-select_streams", &stream, "-show_entries", entries];
     let mut arguments: Vec<std::ffi::OsString> = words.map(Into::into).to_vec();
     arguments.extend(process::input(path));
     let mut process = Process::start(&tools.ffprobe, arguments).map_err(|e| e.to_string())?;
@@ -348,11 +332,7 @@ fn list(
         found |= !piece.is_empty();
         add(piece)?;
     }
-    if process.ended_well() || found {
-        Ok(())
-    } else {
-        Err(words.recv_timeout(TICK).unwrap_or_default())
-    }
+    if process.ended_well() || found { Ok(()) } else { Err(words.recv_timeout(TICK).unwrap_or_default()) }
 }
 
 /// Sorts packets into presentation order.
@@ -377,9 +357,7 @@ impl Sorted {
             Times::Frames => (!first.is_empty()).then_some(""),
         };
         // Frames before an edit list's start are decoded, but not shown.
-        let Some(flags) = flags.filter(|flags| !flags.contains('D')) else {
-            return Ok(None);
-        };
+        let Some(flags) = flags.filter(|flags| !flags.contains('D')) else { return Ok(None) };
         let time: i64 = match first.parse() {
             Ok(time) => time,
             // Decoders do not know the last frame's time.
@@ -396,9 +374,7 @@ impl Sorted {
     }
 
     fn pop(&mut self) -> std::result::Result<(), String> {
-        let Some(Reverse(packed)) = self.heap.pop() else {
-            return Ok(());
-        };
+        let Some(Reverse(packed)) = self.heap.pop() else { return Ok(()) };
         match self.last {
             Some(last) if packed >> 1 == last => return Ok(()),
             Some(last) if packed >> 1 < last => {

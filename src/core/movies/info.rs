@@ -94,8 +94,8 @@ struct SideData {
 
 /// Codecs with key frames only, so that each frame can be decoded alone.
 const INTRA: [&str; 20] = [
-    "prores", "dnxhd", "mjpeg", "jpeg2000", "ffvhuff", "huffyuv", "utvideo", "rawvideo", "v210",
-    "v308", "v408", "v410", "r210", "r10k", "cfhd", "png", "tiff", "dpx", "exr", "qtrle",
+    "prores", "dnxhd", "mjpeg", "jpeg2000", "ffvhuff", "huffyuv", "utvideo", "rawvideo", "v210", "v308", "v408",
+    "v410", "r210", "r10k", "cfhd", "png", "tiff", "dpx", "exr", "qtrle",
 ];
 /// Number of rows from which an untagged movie counts as HD.
 const HD_ROWS: usize = 720;
@@ -106,17 +106,15 @@ impl Info {
     /// # Errors
     /// When the file is not a movie that ffmpeg reads, has no pictures, or claims an impossible size.
     pub(crate) fn read(path: &Path, tools: &Tools) -> Result<Self> {
-        const REMEDY: &str = "Check that the file is whole, or convert it: ffmpeg -i FILE -c:v prores_ks -profile:v 4 NEW.mov";
+        const REMEDY: &str =
+            "Check that the file is whole, or convert it: ffmpeg -i FILE -c:v prores_ks -profile:v 4 NEW.mov";
         let words = ["-v", "error", "-of", "json", "-show_streams", "-show_format"];
         let mut arguments: Vec<_> = words.map(Into::into).to_vec();
         arguments.extend(process::input(path));
         let said = process::run(&tools.ffprobe, arguments, tools.patience)?;
         let refuse = |cause: &str| Error::codec("read", path, cause, REMEDY);
-        let bytes = said.map_err(|words| {
-            refuse(if words.is_empty() { "ffprobe cannot read it" } else { &words })
-        })?;
-        let listing: Listing =
-            serde_json::from_slice(&bytes).map_err(|e| refuse(&e.to_string()))?;
+        let bytes = said.map_err(|words| refuse(if words.is_empty() { "ffprobe cannot read it" } else { &words }))?;
+        let listing: Listing = serde_json::from_slice(&bytes).map_err(|e| refuse(&e.to_string()))?;
         let is_video = |s: &&Stream| {
             let is_cover = s.disposition.get("attached_pic") == Some(&1);
             s.codec_type.as_deref() == Some("video") && !is_cover
@@ -185,8 +183,8 @@ impl Info {
         let is_upright = ((turns / 90.0).round() as i64).rem_euclid(2) == 1;
         let square = (square as usize, height);
         let size = if is_upright { (square.1, square.0) } else { square };
-        let [rate, average] = [&video.r_frame_rate, &video.avg_frame_rate]
-            .map(|said| said.as_deref().and_then(|said| ratio(said, '/')));
+        let [rate, average] =
+            [&video.r_frame_rate, &video.avg_frame_rate].map(|said| said.as_deref().and_then(|said| ratio(said, '/')));
         let seconds = average.or(rate).unwrap_or((24, 1));
         let time_base = video.time_base.as_deref().and_then(|said| ratio(said, '/'));
         let time_base = time_base.ok_or("its time stamps have no unit")?;
@@ -233,12 +231,9 @@ impl Info {
             };
             notes.push(format!("Colours are decoded from {format} with {matrix_note}, {range}"));
         }
-        let known = |tag: &Option<String>| {
-            tag.clone().filter(|tag| tag != "unknown" && tag != "unspecified")
-        };
+        let known = |tag: &Option<String>| tag.clone().filter(|tag| tag != "unknown" && tag != "unspecified");
         let said = |what: &str, tag: &Option<String>| {
-            known(tag)
-                .map_or(format!("no {what} are tagged"), |tag| format!("{what} are tagged {tag}"))
+            known(tag).map_or(format!("no {what} are tagged"), |tag| format!("{what} are tagged {tag}"))
         };
         notes.push(format!(
             "Its {}, and its {}; calibration fits the response and ignores these tags",
@@ -322,8 +317,7 @@ fn matrix_name(tag: &str) -> &str {
 /// The decoder that joins colour and alpha of VP8 and VP9, which WebM keeps as two streams in one; None for other
 /// movies. It joins them in 8 bits and 4:2:0 alone.
 fn alpha_decoder(video: &Stream) -> Option<&'static str> {
-    let is_mode =
-        |(name, value): (&String, &String)| name.eq_ignore_ascii_case("alpha_mode") && value == "1";
+    let is_mode = |(name, value): (&String, &String)| name.eq_ignore_ascii_case("alpha_mode") && value == "1";
     let is_split = video.tags.iter().any(is_mode);
     match video.codec_name.as_deref() {
         Some("vp8") if is_split => Some("libvpx"),
@@ -354,9 +348,7 @@ pub(crate) fn is_grey(format: &str) -> bool {
 /// Bits of each channel of a pixel format: the number before its byte order, which deep formats have. Packed
 /// formats count all channels.
 pub(crate) fn bits(format: &str) -> u32 {
-    let Some(name) = format.strip_suffix("le").or(format.strip_suffix("be")) else {
-        return 8;
-    };
+    let Some(name) = format.strip_suffix("le").or(format.strip_suffix("be")) else { return 8 };
     let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     match name[digits..].parse::<u32>().unwrap_or(8) % 100 {
         bits @ (9 | 10 | 12 | 14 | 16) => bits,

@@ -67,12 +67,7 @@ impl Movie {
     /// When they cannot be listed, or there are none.
     pub fn count(&self) -> Result<u64> {
         match self.index().count()? {
-            0 => Err(Error::codec(
-                "read",
-                &self.path,
-                "it has no frames",
-                "Check that the file is whole",
-            )),
+            0 => Err(Error::codec("read", &self.path, "it has no frames", "Check that the file is whole")),
             count => Ok(count),
         }
     }
@@ -100,9 +95,7 @@ impl Movie {
         let start = index.time(first)?.unwrap_or(0);
         let mut drift = 0f64;
         for frame in (first..=last).step_by((last.saturating_sub(first) / 1000 + 1) as usize) {
-            let Some(time) = index.time(frame)? else {
-                break;
-            };
+            let Some(time) = index.time(frame)? else { break };
             let even = (frame - first) as f64;
             drift = drift.max(((time - start) as f64 * frames_a_unit - even).abs());
         }
@@ -135,16 +128,13 @@ impl Movie {
             Found::Missing { words, .. } => Err(self.failed(frame, &words)),
             // The header's constant step was wrong.
             Found::Elsewhere => {
-                *locked(&self.index) =
-                    Index::listed(&self.path, &self.info, self.stamp, &self.tools)?;
+                *locked(&self.index) = Index::listed(&self.path, &self.info, self.stamp, &self.tools)?;
                 cache::forget(self.number);
                 locked(&self.readers).clear();
                 match self.find(frame)? {
                     Found::Frame(pixels) => Ok(pixels),
                     Found::Missing { words, .. } => Err(self.failed(frame, &words)),
-                    Found::Elsewhere => {
-                        Err(self.failed(frame, "not at its place in the file's index"))
-                    }
+                    Found::Elsewhere => Err(self.failed(frame, "not at its place in the file's index")),
                 }
             }
         }
@@ -159,12 +149,7 @@ impl Movie {
 
     fn failed(&self, frame: u64, words: &str) -> Error {
         let words = if words.is_empty() { "no output from the decoder" } else { words };
-        Error::codec(
-            "decode",
-            &self.path,
-            format!("frame {frame} is missing or damaged ({words})"),
-            "Replace the file",
-        )
+        Error::codec("decode", &self.path, format!("frame {frame} is missing or damaged ({words})"), "Replace the file")
     }
 
     fn find(&self, frame: u64) -> Result<Found> {
@@ -227,9 +212,7 @@ impl Movie {
         while let Some(decoded) = reader.frame()? {
             is_sure |= decoded.time < time;
             // Skips frames that the decoder left out.
-            while reader.next <= frame
-                && index.time(reader.next)?.is_some_and(|next| next < decoded.time)
-            {
+            while reader.next <= frame && index.time(reader.next)?.is_some_and(|next| next < decoded.time) {
                 reader.next += 1;
             }
             if index.time(reader.next)? != Some(decoded.time) {

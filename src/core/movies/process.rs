@@ -225,8 +225,7 @@ pub(crate) fn knows_fps_mode(tools: &Tools) -> Result<bool> {
     let said = run(&tools.ffmpeg, vec!["-version".into()], tools.patience)?.unwrap_or_default();
     let said = String::from_utf8_lossy(&said);
     let version = said.split_whitespace().nth(2).unwrap_or_default();
-    let mut numbers =
-        version.trim_start_matches('n').split(['.', '-']).map_while(|n| n.parse::<u32>().ok());
+    let mut numbers = version.trim_start_matches('n').split(['.', '-']).map_while(|n| n.parse::<u32>().ok());
     // Versions without a number are built from newer sources.
     Ok(numbers.next().is_none_or(|major| (major, numbers.next().unwrap_or(0)) >= (5, 1)))
 }

@@ -25,9 +25,7 @@ pub(crate) fn raw_program(path: &Path) -> Option<&'static str> {
 pub(crate) fn raw(path: &Path, program: &str) -> Error {
     Error::invalid(
         format!("{} is a camera raw movie, readable only by the maker's programs", path.display()),
-        format!(
-            "Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"
-        ),
+        format!("Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"),
     )
 }
 

@@ -43,15 +43,8 @@ impl Reader {
     ///
     /// # Errors
     /// When ffmpeg cannot be started.
-    pub fn start(
-        path: &Path,
-        info: &Info,
-        key: Option<i64>,
-        (next, from): (u64, i64),
-        tools: &Tools,
-    ) -> Result<Self> {
-        let mut arguments: Vec<OsString> =
-            ["-nostdin", "-hide_banner", "-loglevel", "info"].map(Into::into).to_vec();
+    pub fn start(path: &Path, info: &Info, key: Option<i64>, (next, from): (u64, i64), tools: &Tools) -> Result<Self> {
+        let mut arguments: Vec<OsString> = ["-nostdin", "-hide_banner", "-loglevel", "info"].map(Into::into).to_vec();
         arguments.extend(["-progress", "pipe:2", "-copyts", "-noaccurate_seek"].map(Into::into));
         let (seconds, per) = info.time_base;
         if let Some(key) = key {
@@ -69,11 +62,7 @@ impl Reader {
         let input = if info.is_rgb {
             String::new()
         } else {
-            format!(
-                ":in_color_matrix={}:in_range={}",
-                info.matrix,
-                if info.is_full_range { "full" } else { "limited" }
-            )
+            format!(":in_color_matrix={}:in_range={}", info.matrix, if info.is_full_range { "full" } else { "limited" })
         };
         let format = if info.has_alpha { "rgba64le" } else { "rgb48le" };
         let filters = format!(
@@ -108,9 +97,7 @@ impl Reader {
                     signs.fetch_add(1, Ordering::Relaxed);
                 }
                 // ffmpeg prints a frame's time before it writes the frame.
-                let Ok((time, is_damaged)) = times.recv() else {
-                    return;
-                };
+                let Ok((time, is_damaged)) = times.recv() else { return };
                 let codes = codes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]]));
                 let codes = codes.enumerate().map(|(i, code)| {
                     let gain = if i % channels == 3 { alpha_gain } else { color_gain };
@@ -170,22 +157,9 @@ fn measured(format: &str, channel: usize, tools: &Tools) -> Result<f32> {
     let filters = format!(
         "color=white:s=16x16:r=1:d=1,format={format},scale=16:16:{CONVERT}:in_range=limited:out_range=full,format=rgba64le"
     );
-    let words = [
-        "-nostdin",
-        "-v",
-        "error",
-        "-f",
-        "lavfi",
-        "-i",
-        &filters,
-        "-frames:v",
-        "1",
-        "-f",
-        "rawvideo",
-        "pipe:1",
-    ];
-    let said = process::run(&tools.ffmpeg, words.map(Into::into).to_vec(), tools.patience)?
-        .unwrap_or_default();
+    let words =
+        ["-nostdin", "-v", "error", "-f", "lavfi", "-i", &filters, "-frames:v", "1", "-f", "rawvideo", "pipe:1"];
+    let said = process::run(&tools.ffmpeg, words.map(Into::into).to_vec(), tools.patience)?.unwrap_or_default();
     let code = said.chunks_exact(2).nth(channel);
     let code = code.map_or(0.0, |b| f32::from(u16::from_le_bytes([b[0], b[1]])));
     let gain = Some(65535.0 / code).filter(|gain| (1.0..1.02).contains(gain)).unwrap_or(1.0);

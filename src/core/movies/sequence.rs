@@ -55,11 +55,7 @@ impl Pattern {
             let (digits, after) = rest.split_once('d')?;
             let is_count = digits.bytes().all(|b| b.is_ascii_digit()) && digits.len() <= 3;
             let digits = digits.parse().unwrap_or(1).clamp(1, 20);
-            return is_count.then(|| Self {
-                before: before.to_owned(),
-                digits,
-                after: after.to_owned(),
-            });
+            return is_count.then(|| Self { before: before.to_owned(), digits, after: after.to_owned() });
         }
         let start = name.find('#')?;
         let after = name[start..].trim_start_matches('#');
@@ -81,8 +77,7 @@ impl Pattern {
         let (before, after) = (self.before.len(), self.after.len());
         let end = name.len().checked_sub(after).filter(|&end| end > before)?;
         let (start, rest) = (name.get(..before)?, name.get(end..)?);
-        let is_same =
-            start.eq_ignore_ascii_case(&self.before) && rest.eq_ignore_ascii_case(&self.after);
+        let is_same = start.eq_ignore_ascii_case(&self.before) && rest.eq_ignore_ascii_case(&self.after);
         name.get(before..end).filter(|_| is_same)
     }
 
@@ -102,8 +97,7 @@ impl Pattern {
 
 /// True if a name has a picture's extension.
 fn is_picture(name: &str) -> bool {
-    !files::is_clutter(name)
-        && FileFormat::from_path(Path::new(name)).is_some_and(FileFormat::is_sequence)
+    !files::is_clutter(name) && FileFormat::from_path(Path::new(name)).is_some_and(FileFormat::is_sequence)
 }
 
 /// True if an address is a sequence: a pattern, a folder, or one of its files.
@@ -263,11 +257,7 @@ impl Sequence {
 
     fn present(&self, frame: u64) -> Result<PathBuf> {
         self.file(frame).ok_or_else(|| {
-            let problem = format!(
-                "{} has no picture {frame}: it has {}",
-                self.folder.display(),
-                self.count()
-            );
+            let problem = format!("{} has no picture {frame}: it has {}", self.folder.display(), self.count());
             Error::missing(problem, "Choose frames of the sequence")
         })
     }
@@ -327,9 +317,7 @@ fn list(path: &Path) -> Result<(PathBuf, Names)> {
     if path.is_file() {
         return Ok((folder, Names::All(vec![name.into()])));
     }
-    let Some(pattern) = Pattern::from_name(&name) else {
-        return Ok((folder, Names::All(vec![])));
-    };
+    let Some(pattern) = Pattern::from_name(&name) else { return Ok((folder, Names::All(vec![]))) };
     let (mut numbers, mut others, mut negative) = (vec![], HashMap::new(), 0);
     for name in pictures(&folder)? {
         if let Some(number) = pattern.number(&name) {

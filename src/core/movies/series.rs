@@ -96,16 +96,12 @@ impl Series {
     /// Names, and in the place of each missing picture the name that it would have.
     pub fn with_missing(&self) -> Vec<String> {
         let pattern = self.pattern.as_deref().and_then(Pattern::from_name);
-        let Some(pattern) = pattern else {
-            return self.names.iter().map(ToString::to_string).collect();
-        };
+        let Some(pattern) = pattern else { return self.names.iter().map(ToString::to_string).collect() };
         let mut gaps = self.missing.iter().cloned().peekable();
         let mut names = Vec::new();
         for name in &self.names {
             let number = pattern.number(name);
-            while let Some(gap) =
-                gaps.next_if(|gap| number.is_some_and(|number| *gap.end() < number))
-            {
+            while let Some(gap) = gaps.next_if(|gap| number.is_some_and(|number| *gap.end() < number)) {
                 names.extend(gap.map(|missing| pattern.name(missing)));
             }
             names.push(name.to_string());
@@ -140,11 +136,7 @@ impl Series {
 /// "Pictures 3, 5–7 of `place` are missing".
 pub(super) fn missing_words(missing: &[RangeInclusive<u64>], place: impl Display) -> String {
     let span = |span: &RangeInclusive<u64>| {
-        if span.start() == span.end() {
-            span.start().to_string()
-        } else {
-            format!("{}–{}", span.start(), span.end())
-        }
+        if span.start() == span.end() { span.start().to_string() } else { format!("{}–{}", span.start(), span.end()) }
     };
     let spans: Vec<String> = missing.iter().map(span).collect();
     match missing {

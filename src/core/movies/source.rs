@@ -125,8 +125,7 @@ impl Source {
         match self {
             Self::Movie(movie) => movie.info().notes.clone(),
             Self::Sequence(sequence) => {
-                let is_exr =
-                    |file: PathBuf| FileFormat::from_path(&file) == Some(FileFormat::OpenExr);
+                let is_exr = |file: PathBuf| FileFormat::from_path(&file) == Some(FileFormat::OpenExr);
                 let gaps = sequence.gaps();
                 let gap = (!gaps.is_empty()).then(|| missing_words(&gaps, "the sequence"));
                 let negative = (sequence.negative() > 0).then(|| {
@@ -134,9 +133,9 @@ impl Source {
                      are counted from 0"
                         .to_owned()
                 });
-                let exr =
-                    (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
-                let exr = exr.then(|| "EXR pictures are scene-linear: their light is kept, values above 1 included".to_owned());
+                let exr = (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
+                let exr = exr
+                    .then(|| "EXR pictures are scene-linear: their light is kept, values above 1 included".to_owned());
                 gap.into_iter().chain(negative).chain(exr).collect()
             }
         }

@@ -82,8 +82,7 @@ impl ClipWriter {
         if let Some(obstacle) = (movie.codec).obstacle((width, height), container, rate) {
             return Err(impossible(obstacle));
         }
-        let fail =
-            |e: std::io::Error| Error::io("write", path, e, "Check that the folder can be written");
+        let fail = |e: std::io::Error| Error::io("write", path, e, "Check that the folder can be written");
         let unfinished = Unfinished::beside(path).map_err(fail)?;
         let line = arguments((width, height), container, movie);
         let output = unfinished.path().to_path_buf();
@@ -152,12 +151,7 @@ impl ClipWriter {
         }
         let unfinished = self.unfinished.take();
         unfinished.map_or(Ok(()), |unfinished| unfinished.finish(&self.path)).map_err(|e| {
-            Error::io(
-                "write",
-                &self.path,
-                e,
-                "Check that the folder can be written and the disk has room",
-            )
+            Error::io("write", &self.path, e, "Check that the folder can be written and the disk has room")
         })
     }
 
@@ -212,8 +206,7 @@ pub(super) fn frame_bytes(
         let matrix = codec.tags(encoding.space).matrix;
         let codes: Vec<_> = pixels.into_iter().map(|pixel| limited_codes(pixel, matrix)).collect();
         let planes = 0..if codec.has_alpha() { 4 } else { 3 };
-        let plane =
-            |plane: usize| padded(&codes, from, to).flat_map(move |p| p[plane].to_le_bytes());
+        let plane = |plane: usize| padded(&codes, from, to).flat_map(move |p| p[plane].to_le_bytes());
         planes.flat_map(plane).collect()
     } else if codec.has_alpha() {
         let word = |v: f32| word_from_unit(v).to_le_bytes();
@@ -303,11 +296,7 @@ fn words(line: &str) -> Vec<OsString> {
 }
 
 /// Pixels row by row, with the last column and the last row repeated up to the size `to`.
-fn padded<T: Copy>(
-    pixels: &[T],
-    (width, height): (usize, usize),
-    to: (usize, usize),
-) -> impl Iterator<Item = T> + '_ {
+fn padded<T: Copy>(pixels: &[T], (width, height): (usize, usize), to: (usize, usize)) -> impl Iterator<Item = T> + '_ {
     (0..to.1).flat_map(move |y| {
         let row = &pixels[y.min(height - 1) * width..][..width];
         (0..to.0).map(move |x| row[x.min(width - 1)])

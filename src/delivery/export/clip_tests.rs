@@ -59,10 +59,7 @@ fn a_movie_has_the_frames_and_colours_that_were_pushed() {
             assert!((0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4), "{pixel:?} is not {code:?}");
         }
         assert_eq!(
-            std::fs::read_dir(path.parent().unwrap())
-                .unwrap()
-                .filter(|e| e.as_ref().unwrap().path().is_file())
-                .count(),
+            std::fs::read_dir(path.parent().unwrap()).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count(),
             1
         );
     }
@@ -82,10 +79,7 @@ fn a_mov_keeps_straight_alpha() {
     let bytes = decoded(&path);
     for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
         let alpha = byte_from_unit(shown.alpha.pixels[x]);
-        assert!(
-            pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3,
-            "{x}: {pixel:?}, {alpha}"
-        );
+        assert!(pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3, "{x}: {pixel:?}, {alpha}");
     }
 }
 
@@ -96,10 +90,8 @@ fn alpha_is_straight_or_premultiplied_as_asked_and_the_movie_says_which() {
     }
     let folder = tempfile::tempdir().unwrap();
     let shown = picture(64, 16, [0.5; 3], false);
-    for (alpha, word) in [
-        (MovieAlpha::Straight, "straight alpha"),
-        (MovieAlpha::Premultiplied, "premultiplied alpha"),
-    ] {
+    for (alpha, word) in [(MovieAlpha::Straight, "straight alpha"), (MovieAlpha::Premultiplied, "premultiplied alpha")]
+    {
         for name in ["cut.mov", "cut.mkv"] {
             let path = folder.path().join(name);
             let movie = Movie { alpha, ..movie(&path, 24.0, 0) };
@@ -114,8 +106,7 @@ fn alpha_is_straight_or_premultiplied_as_asked_and_the_movie_says_which() {
                     MovieAlpha::Premultiplied => 188.0 * cover,
                 };
                 assert!(
-                    pixel[3].abs_diff(byte_from_unit(cover)) <= 2
-                        && (f32::from(pixel[0]) - wanted).abs() <= 3.0,
+                    pixel[3].abs_diff(byte_from_unit(cover)) <= 2 && (f32::from(pixel[0]) - wanted).abs() <= 3.0,
                     "{name} {alpha:?} {x}: {pixel:?}, {cover}"
                 );
             }
@@ -137,18 +128,13 @@ fn a_movie_says_its_colours_its_rate_and_its_time() {
     }
     let folder = tempfile::tempdir().unwrap();
     let shown = picture(32, 16, [0.5; 3], false);
-    for (name, codec, format) in [("a.mp4", "h264", "yuv420p"), ("a.mov", "prores", "yuva444p12le")]
-    {
+    for (name, codec, format) in [("a.mp4", "h264", "yuv420p"), ("a.mov", "prores", "yuva444p12le")] {
         let path = folder.path().join(name);
-        let mut writer =
-            ClipWriter::create(&path, (32, 16), &movie(&path, 23.976, 24 * 61 + 5)).unwrap();
+        let mut writer = ClipWriter::create(&path, (32, 16), &movie(&path, 23.976, 24 * 61 + 5)).unwrap();
         (0..2).for_each(|_| writer.push(&shown, &silent()).unwrap());
         writer.finish(&silent()).unwrap();
-        let probed = Command::new("ffprobe")
-            .args(["-v", "error", "-show_streams", "-of", "json"])
-            .arg(&path)
-            .output()
-            .unwrap();
+        let probed =
+            Command::new("ffprobe").args(["-v", "error", "-show_streams", "-of", "json"]).arg(&path).output().unwrap();
         let probed: serde_json::Value = serde_json::from_slice(&probed.stdout).unwrap();
         let stream = &probed["streams"][0];
         for (key, wanted) in [
@@ -182,13 +168,7 @@ fn a_writer_that_is_dropped_leaves_nothing() {
     let path = folder.path().join("clip.mp4");
     let mut writer = ClipWriter::create(&path, (16, 16), &movie(&path, 24.0, 0)).unwrap();
     writer.push(&picture(16, 16, [0.5; 3], true), &silent()).unwrap();
-    assert!(
-        writer
-            .push(&picture(8, 16, [0.5; 3], true), &silent())
-            .unwrap_err()
-            .to_string()
-            .contains("8 × 16")
-    );
+    assert!(writer.push(&picture(8, 16, [0.5; 3], true), &silent()).unwrap_err().to_string().contains("8 × 16"));
     drop(writer);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -197,14 +177,9 @@ fn a_writer_that_is_dropped_leaves_nothing() {
 fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
-    let error = ClipWriter::create_with(
-        ("no-such-ffmpeg", PATIENCE),
-        &path,
-        (16, 16),
-        &movie(&path, 24.0, 0),
-    )
-    .unwrap_err()
-    .to_string();
+    let error = ClipWriter::create_with(("no-such-ffmpeg", PATIENCE), &path, (16, 16), &movie(&path, 24.0, 0))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("clip.mp4") && error.contains("install"), "{error}");
 }
 
@@ -213,9 +188,7 @@ fn what_ffmpeg_says_reaches_the_person() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
     // A program without ffmpeg's options prints a message and fails.
-    let begun = || {
-        ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), &movie(&path, 24.0, 0)).unwrap()
-    };
+    let begun = || ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), &movie(&path, 24.0, 0)).unwrap();
     let at_the_end = begun().finish(&silent()).unwrap_err();
     let (mut writer, shown) = (begun(), picture(16, 16, [0.5; 3], true));
     // More than fits into a pipe without a reader.
@@ -243,9 +216,7 @@ fn script(folder: &Path, text: &str) -> String {
 /// Writes a movie with `program` until an error.
 #[cfg(unix)]
 fn fail(program: &str, patience: Duration, path: &Path, progress: &Progress) -> Error {
-    let mut writer =
-        ClipWriter::create_with((program, patience), path, (64, 64), &movie(path, 24.0, 0))
-            .unwrap();
+    let mut writer = ClipWriter::create_with((program, patience), path, (64, 64), &movie(path, 24.0, 0)).unwrap();
     let shown = picture(64, 64, [0.5; 3], true);
     let failed = (0..100).find_map(|_| writer.push(&shown, progress).err());
     failed.unwrap_or_else(|| writer.finish(progress).unwrap_err())
@@ -263,10 +234,7 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
             let pids = tools.path().join("pids");
             let program = script(
                 tools.path(),
-                &format!(
-                    "{before}\nsleep 100000 &\necho $$ $! >{0}.new; mv {0}.new {0}\nwait",
-                    pids.display()
-                ),
+                &format!("{before}\nsleep 100000 &\necho $$ $! >{0}.new; mv {0}.new {0}\nwait", pids.display()),
             );
             let path = folder.path().join("clip.mp4");
             let control = Control::default();
@@ -313,15 +281,12 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
 fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
     let folder = tempfile::tempdir().unwrap();
     let unwritable = Path::new("/proc/clip.mp4");
-    let refused =
-        ClipWriter::create(unwritable, (16, 16), &movie(unwritable, 24.0, 0)).unwrap_err();
+    let refused = ClipWriter::create(unwritable, (16, 16), &movie(unwritable, 24.0, 0)).unwrap_err();
     let program = script(folder.path(), "echo clip.mp4: Permission denied >&2; exit 1");
     let denied = fail(&program, LONG, &folder.path().join("clip.mp4"), &silent());
     for said in [refused.to_string(), denied.to_string()] {
         assert!(
-            said.contains("clip.mp4")
-                && said.contains("folder can be written")
-                && !said.contains("H.264"),
+            said.contains("clip.mp4") && said.contains("folder can be written") && !said.contains("H.264"),
             "{said}"
         );
     }

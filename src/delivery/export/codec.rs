@@ -169,11 +169,7 @@ impl Codec {
 
     /// Size that is written: chroma subsampling and editors need even sizes.
     pub fn padded(self, (width, height): (usize, usize)) -> (usize, usize) {
-        if self.is_rgb() {
-            (width, height)
-        } else {
-            (width.next_multiple_of(2), height.next_multiple_of(2))
-        }
+        if self.is_rgb() { (width, height) } else { (width.next_multiple_of(2), height.next_multiple_of(2)) }
     }
 
     /// Reason why the codec cannot encode `width × height` pixels at `rate` frames per second; None if it can.
@@ -198,15 +194,11 @@ impl Codec {
         let is_dnxhr = matches!(self, Self::DnxhrHq | Self::DnxhrHqx | Self::Dnxhr444);
         if is_dnxhr && (width < 256 || height < 120) {
             let name = self.name();
-            return Some(format!(
-                "{name} needs at least 256 × 120 pixels; the picture has {width} × {height}"
-            ));
+            return Some(format!("{name} needs at least 256 × 120 pixels; the picture has {width} × {height}"));
         }
         if matches!(self, Self::H264 | Self::H265) && (width < 16 || height < 16) {
             let name = self.name();
-            return Some(format!(
-                "{name} needs at least 16 × 16 pixels; the picture has {width} × {height}"
-            ));
+            return Some(format!("{name} needs at least 16 × 16 pixels; the picture has {width} × {height}"));
         }
         if container == Container::Mxf && !MXF.contains(&(frames, seconds)) {
             return Some(format!(
@@ -239,9 +231,7 @@ impl Codec {
             Self::H265 => {
                 "-c:v libx265 -preset medium -crf 16 -pix_fmt yuv420p10le -tag:v hvc1 -x265-params log-level=error"
             }
-            Self::ProRes4444 => {
-                "-c:v prores_ks -profile:v 4444 -pix_fmt yuva444p10le -alpha_bits 16"
-            }
+            Self::ProRes4444 => "-c:v prores_ks -profile:v 4444 -pix_fmt yuva444p10le -alpha_bits 16",
             Self::ProRes422Hq => "-c:v prores_ks -profile:v hq -pix_fmt yuv422p10le -vendor apl0",
             Self::DnxhrHq => "-c:v dnxhd -profile:v dnxhr_hq -pix_fmt yuv422p",
             Self::DnxhrHqx => "-c:v dnxhd -profile:v dnxhr_hqx -pix_fmt yuv422p10le",
@@ -279,11 +269,7 @@ impl Codec {
     pub fn filter(self, space: Option<OutputSpace>) -> String {
         let Tags { primaries, transfer, matrix, range } = self.tags(space);
         let named = if matrix == "bt2020nc" { "bt2020" } else { matrix };
-        let input = if self.is_planar() {
-            format!("in_color_matrix={named}:in_range=tv:")
-        } else {
-            String::new()
-        };
+        let input = if self.is_planar() { format!("in_color_matrix={named}:in_range=tv:") } else { String::new() };
         let scale = if self.is_rgb() {
             String::new()
         } else {
@@ -292,9 +278,7 @@ impl Codec {
                  flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp,"
             )
         };
-        format!(
-            "{scale}setparams=range={range}:color_primaries={primaries}:color_trc={transfer}:colorspace={matrix}"
-        )
+        format!("{scale}setparams=range={range}:color_primaries={primaries}:color_trc={transfer}:colorspace={matrix}")
     }
 }
 

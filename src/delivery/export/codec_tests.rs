@@ -66,9 +66,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
     for codec in ALL {
         for &container in codec.endings() {
             let path = folder.path().join(format!("a b'{}{}", codec.name(), container.ending()));
-            for space in
-                [None, Some(OutputSpace::Srgb), Some(OutputSpace::P3), Some(OutputSpace::Rec2020)]
-            {
+            for space in [None, Some(OutputSpace::Srgb), Some(OutputSpace::P3), Some(OutputSpace::Rec2020)] {
                 let is_first = container == codec.endings()[0];
                 if !is_first && space.is_some() {
                     continue;
@@ -90,20 +88,11 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 ] {
                     assert_eq!(video[key], wanted, "{codec:?} in {container:?}, {space:?}: {key}");
                 }
-                assert_eq!(
-                    (video["width"].as_u64(), video["height"].as_u64()),
-                    (Some(258), Some(122))
-                );
+                assert_eq!((video["width"].as_u64(), video["height"].as_u64()), (Some(258), Some(122)));
                 let everything = found.to_string();
-                assert!(
-                    everything.contains("10:20:30:12"),
-                    "{codec:?} {container:?}: {everything}"
-                );
+                assert!(everything.contains("10:20:30:12"), "{codec:?} {container:?}: {everything}");
                 if container != Container::Mp4 {
-                    assert!(
-                        everything.contains("A001_C002"),
-                        "{codec:?} {container:?}: {everything}"
-                    );
+                    assert!(everything.contains("A001_C002"), "{codec:?} {container:?}: {everything}");
                 }
                 let wanted = movie.encoding.codes()(code);
                 let matrix = if tags.matrix == "bt2020nc" { "bt2020" } else { "bt709" };
@@ -112,11 +101,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 for pixel in decoded(&path, matrix).chunks(3) {
                     for c in 0..3 {
                         let found = f32::from(pixel[c]) / 65535.0;
-                        assert!(
-                            (found - wanted[c]).abs() < within,
-                            "{codec:?} {space:?}: {found}, not {}",
-                            wanted[c]
-                        );
+                        assert!((found - wanted[c]).abs() < within, "{codec:?} {space:?}: {found}, not {}", wanted[c]);
                     }
                 }
             }
@@ -124,8 +109,7 @@ fn every_codec_says_its_colours_rate_time_and_reel_and_keeps_its_codes() {
                 // The atom that players read; QuickTime's has no range.
                 let bytes = std::fs::read(&path).unwrap();
                 let at = bytes.windows(4).position(|w| w == b"colr").unwrap();
-                let number =
-                    |i: usize| u16::from_be_bytes([bytes[at + 8 + 2 * i], bytes[at + 9 + 2 * i]]);
+                let number = |i: usize| u16::from_be_bytes([bytes[at + 8 + 2 * i], bytes[at + 9 + 2 * i]]);
                 // Rec. 2020 came last, or only Rec. 709.
                 let wanted = if container == codec.endings()[0] { 9 } else { 1 };
                 assert_eq!([number(0), number(2)], [wanted; 2], "{codec:?} in {container:?}");
@@ -168,8 +152,7 @@ fn a_ramp_has_the_codes_of_limited_range_in_every_codec() {
     const FLAT: usize = 64;
     let folder = tempfile::tempdir().unwrap();
     let (width, height) = (1024, 128);
-    let level =
-        |x: usize| ((x as f32 - FLAT as f32) / (width - 2 * FLAT - 1) as f32).clamp(0.0, 1.0);
+    let level = |x: usize| ((x as f32 - FLAT as f32) / (width - 2 * FLAT - 1) as f32).clamp(0.0, 1.0);
     let codes = imaging::Image::from_fn(width, height, |x, _| [level(x); 3]);
     let mut shown = picture(width, height, [1.0; 3], true);
     shown.display = Some(imaging::Encoded(codes));
@@ -192,10 +175,7 @@ fn a_ramp_has_the_codes_of_limited_range_in_every_codec() {
             for (x, &found) in found.iter().enumerate() {
                 let wanted = (16.0 + 219.0 * encoded([level(x); 3])[0]) * code;
                 let off = f32::from(found) - wanted;
-                assert!(
-                    off.abs() <= within,
-                    "{codec:?} {space:?}, column {x}: {found}, not {wanted}"
-                );
+                assert!(off.abs() <= within, "{codec:?} {space:?}, column {x}: {found}, not {wanted}");
                 sum += off;
             }
             let mean = sum / width as f32;

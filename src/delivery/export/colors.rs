@@ -28,17 +28,13 @@ impl Encoding {
     /// configuration's colour space.
     pub fn for_files(files: &Files) -> Result<Self> {
         let Files { to, space, lut, ocio, .. } = files;
-        let Some(config) = ocio.transform()? else {
-            return Self::open(*space, lut.as_deref());
-        };
+        let Some(config) = ocio.transform()? else { return Self::open(*space, lut.as_deref()) };
         match &config.target {
             Target::Space { name, is_linear: false } if to.is_linear() => Err(Error::invalid(
                 format!("{to} holds linear light, but {name} is not linear or has a look"),
                 "Choose a linear colour space, such as scene_linear, without a look",
             )),
-            _ => {
-                Ok(Self { space: display_of(&config), table: None, config: Some(Arc::new(config)) })
-            }
+            _ => Ok(Self { space: display_of(&config), table: None, config: Some(Arc::new(config)) }),
         }
     }
 
@@ -63,9 +59,7 @@ impl Encoding {
 
     /// True if codes stay unchanged.
     pub fn is_plain(&self) -> bool {
-        self.config.is_none()
-            && self.table.is_none()
-            && matches!(self.space, None | Some(OutputSpace::Srgb))
+        self.config.is_none() && self.table.is_none() && matches!(self.space, None | Some(OutputSpace::Srgb))
     }
 
     /// True if the codes belong to a space without tags.
@@ -150,10 +144,7 @@ pub(super) fn check_colors(files: &Files) -> Result<()> {
     if to.is_linear() && ocio.is_view() {
         return Err(Error::invalid(
             format!("{to} holds linear light, but a view makes display codes"),
-            (
-                "Write PNG, TIFF or a movie, or name a linear colour space",
-                "--ocio-space scene_linear",
-            ),
+            ("Write PNG, TIFF or a movie, or name a linear colour space", "--ocio-space scene_linear"),
         ));
     }
     Ok(())
@@ -170,9 +161,7 @@ fn display_of(config: &Transform) -> Option<OutputSpace> {
         | "srgb_tx"
         | "sRGB - Texture"
         | "sRGB Encoded Rec.709 (sRGB)" => OutputSpace::Srgb,
-        "g24_rec709_display" | "Rec.1886 Rec.709 - Display" | "Gamma 2.4 Rec.709 - Display" => {
-            OutputSpace::Rec709
-        }
+        "g24_rec709_display" | "Rec.1886 Rec.709 - Display" | "Gamma 2.4 Rec.709 - Display" => OutputSpace::Rec709,
         "srgb_p3d65_display" | "Display P3 - Display" => OutputSpace::P3,
         "g24_rec2020_display" | "Rec.1886 Rec.2020 - Display" => OutputSpace::Rec2020,
         _ => return None,

@@ -37,8 +37,7 @@ fn an_exr_holds_the_space_of_a_role_and_its_layers_add_up_there() {
         weight,
         picture: picture(5, 3, color, false).linear.unwrap(),
     };
-    let lamps =
-        vec![layer([0.5, 1.0, 0.25], [0.5, 0.25, 1.0]), layer([0.25, 0.0, 2.0], [1.0, 1.0, 0.125])];
+    let lamps = vec![layer([0.5, 1.0, 0.25], [0.5, 0.25, 1.0]), layer([0.25, 0.0, 2.0], [1.0, 1.0, 0.125])];
     let mut whole = picture(5, 3, [0.0; 3], false);
     let sum = whole.linear.as_mut().unwrap();
     for (i, pixel) in sum.pixels.iter_mut().enumerate() {
@@ -121,8 +120,7 @@ fn a_configuration_that_nothing_is_asked_of_changes_no_byte() {
     for name in ["a.png", "a.exr", "a.tif"] {
         for (folder, encoding) in [(&with, &encoding(&named)), (&without, &Encoding::default())] {
             let about = About { encoding, ..about(Bits::Eight) };
-            write_still(&folder.join(name), &picture(6, 4, [0.5, 2.0, 0.1], false), &about)
-                .unwrap();
+            write_still(&folder.join(name), &picture(6, 4, [0.5, 2.0, 0.1], false), &about).unwrap();
         }
         let [a, b] = [&with, &without].map(|folder| std::fs::read(folder.join(name)).unwrap());
         assert_eq!(a, b, "{name}");

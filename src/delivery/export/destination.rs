@@ -47,10 +47,7 @@ impl Destination {
                 if extension.is_empty() {
                     format!("the destination {text} has no extension")
                 } else {
-                    format!(
-                        "cannot write {text}: .{} is not a format that Afterlight writes",
-                        extension.display()
-                    )
+                    format!("cannot write {text}: .{} is not a format that Afterlight writes", extension.display())
                 },
                 "Give a name that ends in .png, .tif, .exr, .mp4, .mov, .mkv or .mxf, such as out.%04d.png or clip.mp4",
             )),
@@ -171,11 +168,7 @@ fn numbered(text: &str, number: usize) -> String {
         "" if pattern.is_some() => "_",
         gap => gap,
     };
-    if kept.is_empty() {
-        format!("{folder}{number}{gap}{rest}")
-    } else {
-        format!("{folder}{kept}_{number}{gap}{rest}")
-    }
+    if kept.is_empty() { format!("{folder}{number}{gap}{rest}") } else { format!("{folder}{kept}_{number}{gap}{rest}") }
 }
 
 /// Place of the last run of two or more `#` in a file's name.
@@ -207,9 +200,7 @@ impl Stills {
     fn parse(text: &str) -> Result<Self> {
         let wrong = |found: String| {
             Error::invalid(
-                format!(
-                    "the destination {text} has {found}; a name may have one number, written %d, %04d or ####"
-                ),
+                format!("the destination {text} has {found}; a name may have one number, written %d, %04d or ####"),
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
         };
@@ -230,9 +221,7 @@ impl Stills {
             }
             let width = if width.is_empty() { Ok(1) } else { width.parse() };
             // No file system takes longer names.
-            stills.digits = Some(
-                width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?,
-            );
+            stills.digits = Some(width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?);
         }
         stills.current().push_str(rest);
         if stills.digits.is_none() {
@@ -280,9 +269,7 @@ mod tests {
 
     #[test]
     fn the_extension_decides_what_is_made() {
-        for (text, is_linear) in
-            [("a.PNG", false), ("a.%d.EXR", true), ("one.exr", true), ("x.mov", false)]
-        {
+        for (text, is_linear) in [("a.PNG", false), ("a.%d.EXR", true), ("one.exr", true), ("x.mov", false)] {
             assert_eq!(Destination::parse(text).unwrap().is_linear(), is_linear, "{text}");
         }
         for (text, is_tiff) in [("a.tif", true), ("a.%04d.TIFF", true), ("a.tif/%d.png", false)] {
@@ -306,15 +293,7 @@ mod tests {
 
     #[test]
     fn what_is_not_understood_is_refused_with_an_example() {
-        for text in [
-            "clip",
-            "clip.avi",
-            "%s.png",
-            "%04d_%d.png",
-            "50%.png",
-            "%99d.png",
-            "%99999999999999999999d.png",
-        ] {
+        for text in ["clip", "clip.avi", "%s.png", "%04d_%d.png", "50%.png", "%99d.png", "%99999999999999999999d.png"] {
             let error = Destination::parse(text).unwrap_err().to_string();
             assert!(error.contains("%04d"), "{error}");
         }
@@ -355,9 +334,7 @@ mod tests {
     #[test]
     fn several_frames_need_a_number_or_a_movie() {
         let check = |text: &str, frames| Destination::parse(text).unwrap().check_frames(frames);
-        assert!(
-            check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok()
-        );
+        assert!(check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok());
         assert!(check("a.png", 2).unwrap_err().to_string().contains("2 frames"));
     }
 }

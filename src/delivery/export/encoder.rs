@@ -53,12 +53,7 @@ impl Encoder {
     ///
     /// # Errors
     /// When the program cannot be started.
-    pub fn start(
-        program: &str,
-        arguments: Vec<OsString>,
-        output: PathBuf,
-        patience: Duration,
-    ) -> io::Result<Self> {
+    pub fn start(program: &str, arguments: Vec<OsString>, output: PathBuf, patience: Duration) -> io::Result<Self> {
         let mut command = Command::new(program);
         command.args(arguments);
         command.arg(file_url(&output));

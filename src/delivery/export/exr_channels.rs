@@ -73,12 +73,7 @@ pub fn channel<T: Copy>(
 }
 
 /// Channels R, G and B whose names begin with `prefix`.
-pub fn color_channels(
-    prefix: &str,
-    picture: &Image,
-    window: Window,
-    samples: Samples,
-) -> [AnyChannel<FlatSamples>; 3] {
+pub fn color_channels(prefix: &str, picture: &Image, window: Window, samples: Samples) -> [AnyChannel<FlatSamples>; 3] {
     [0, 1, 2].map(|c| {
         let name = format!("{prefix}{}", ["R", "G", "B"][c]);
         channel(&name, picture, window, samples, |pixel| pixel[c])

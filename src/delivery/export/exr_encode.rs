@@ -58,8 +58,7 @@ fn compressed(headers: &[Header], block: UncompressedBlock) -> Result<Chunk> {
     Ok(Chunk {
         layer_index: index.layer,
         compressed_block: CompressedBlock::ScanLine(CompressedScanLineBlock {
-            y_coordinate: index.pixel_position.y() as i32
-                + header.own_attributes.layer_position.y(),
+            y_coordinate: index.pixel_position.y() as i32 + header.own_attributes.layer_position.y(),
             compressed_pixels_le: pixels,
         }),
     })
@@ -84,8 +83,8 @@ mod tests {
     use super::super::exr_settings::ExrCompression;
     use super::*;
     use exr::prelude::{
-        AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, ImageAttributes, IntegerBounds,
-        Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, Vec2, f16,
+        AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
+        LineOrder, ReadChannels, ReadLayers, Vec2, f16,
     };
 
     /// A part of 37 × 41 pixels, off the corner of its picture: constant, smooth, and noise that deflate cannot shrink.
@@ -121,10 +120,8 @@ mod tests {
             for names in [&["one"][..], &["one", "two"]] {
                 let window = IntegerBounds::new(Vec2(0, 0), Vec2(64, 64));
                 let parts = names.iter().map(|name| part(name, compression));
-                let image: FlatImage = exr::prelude::Image::from_layers(
-                    ImageAttributes::new(window),
-                    parts.collect::<Vec<_>>(),
-                );
+                let image: FlatImage =
+                    exr::prelude::Image::from_layers(ImageAttributes::new(window), parts.collect::<Vec<_>>());
                 let bytes = encode(&image).unwrap();
                 let read = exr::prelude::read()
                     .no_deep_data()

@@ -30,30 +30,24 @@ impl ExrFile {
     /// When the file is refused or cannot be read; `remedy` is part of the message.
     pub fn open(path: &Path, remedy: &str) -> Result<Self> {
         let io = |action, e| Error::io(action, path, e, remedy);
-        let wrong =
-            |problem: String| Error::invalid(format!("{}: {problem}", path.display()), remedy);
+        let wrong = |problem: String| Error::invalid(format!("{}: {problem}", path.display()), remedy);
         let mut file = base::files::open(path).map_err(|e| io("open", e))?;
         let length = (file.metadata().map(|data| data.len())).map_err(|e| io("read", e))?;
         let reader = std::io::BufReader::new(&mut file);
-        let parts = MetaData::read_from_buffered(reader, false)
-            .map_err(|e| Error::codec("read", path, e, remedy))?
-            .headers;
+        let parts =
+            MetaData::read_from_buffered(reader, false).map_err(|e| Error::codec("read", path, e, remedy))?.headers;
         check_openexr(&parts).map_err(wrong)?;
         let mut unpacked = 0u64;
         for part in &parts {
             let pixels = part.layer_size.0 as u64 * part.layer_size.1 as u64;
             if pixels > MAX_PIXELS as u64 {
-                return Err(wrong(format!(
-                    "it claims {pixels} pixels, but the limit is {MAX_PIXELS}"
-                )));
+                return Err(wrong(format!("it claims {pixels} pixels, but the limit is {MAX_PIXELS}")));
             }
             let bytes = pixels.saturating_mul(part.channels.bytes_per_pixel as u64);
             unpacked = unpacked.saturating_add(bytes);
         }
         if unpacked > length.saturating_mul(MOST_PER_BYTE) {
-            return Err(wrong(format!(
-                "it claims {unpacked} bytes of pixels in a file of {length} bytes"
-            )));
+            return Err(wrong(format!("it claims {unpacked} bytes of pixels in a file of {length} bytes")));
         }
         // Mipmaps take as much again.
         let most = unpacked.saturating_mul(2).saturating_add(MOST_BESIDE);

@@ -95,8 +95,7 @@ pub enum LayerFiles {
 }
 
 impl ExrCompression {
-    pub const ALL: [Self; 6] =
-        [Self::Zip, Self::Zips, Self::Piz, Self::Pxr24, Self::Rle, Self::None];
+    pub const ALL: [Self; 6] = [Self::Zip, Self::Zips, Self::Piz, Self::Pxr24, Self::Rle, Self::None];
 
     /// Common name.
     pub fn name(self) -> &'static str {

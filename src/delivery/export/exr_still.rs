@@ -13,8 +13,8 @@ use base::files::write_beside;
 use compositor::Picture;
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Encoding as Blocking, FlatSamples, ImageAttributes,
-    IntegerBounds, Layer, LayerAttributes, LineOrder, Vec2,
+    AnyChannel, AnyChannels, Blocks, Encoding as Blocking, FlatSamples, ImageAttributes, IntegerBounds, Layer,
+    LayerAttributes, LineOrder, Vec2,
 };
 use imaging::Image;
 use imaging::color_space::{ColorSpace, transformed};
@@ -30,16 +30,11 @@ use std::path::Path;
 /// # Errors
 /// When the file cannot be written, or layers miss their subject by more than half floats round away. Then nothing is
 /// written.
-pub fn write_still_exr(
-    path: &Path,
-    (picture, linear): (&Picture, &Image),
-    about: &About,
-) -> Result<Option<Rebuild>> {
+pub fn write_still_exr(path: &Path, (picture, linear): (&Picture, &Image), about: &About) -> Result<Option<Rebuild>> {
     let light = written_light(linear, picture, about.encoding, about.exr);
     let alpha = &picture.alpha;
     let samples = about.exr.samples;
-    let window =
-        if about.exr.crop { Window::around(linear, alpha) } else { Window::whole(alpha.size()) };
+    let window = if about.exr.crop { Window::around(linear, alpha) } else { Window::whole(alpha.size()) };
     let mut beauty: Vec<_> = color_channels("", &light, window, samples).into();
     beauty.push(channel("A", alpha, window, samples, |a| a));
     let file = File { about, window, size: alpha.size() };
@@ -148,8 +143,7 @@ impl File<'_> {
             })
             .collect();
         let file = exr::prelude::Image::from_layers(self.attributes(), layers);
-        let mut bytes = encode(&file)
-            .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
+        let mut bytes = encode(&file).map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
         sort_attributes(&mut bytes);
         write_beside(path, |out| out.write_all(&bytes))
     }

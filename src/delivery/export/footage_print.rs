@@ -77,8 +77,7 @@ pub fn footage_print(file: &Path) -> io::Result<String> {
         }
     } else {
         for number in 0..PIECES {
-            let start =
-                (u128::from(length - PIECE) * u128::from(number) / u128::from(PIECES - 1)) as u64;
+            let start = (u128::from(length - PIECE) * u128::from(number) / u128::from(PIECES - 1)) as u64;
             file.seek(SeekFrom::Start(start))?;
             file.read_exact(&mut piece)?;
             sum.update(&piece);
@@ -101,9 +100,7 @@ mod tests {
         std::fs::copy(&here, &there).unwrap();
         let file = std::fs::File::options().write(true).open(&there).unwrap();
         file.set_modified(std::time::UNIX_EPOCH).unwrap();
-        let print = |path: &Path| {
-            FootagePrints::default().picture_print(&Picture::File(path.to_path_buf()))
-        };
+        let print = |path: &Path| FootagePrints::default().picture_print(&Picture::File(path.to_path_buf()));
         assert_eq!(print(&here), print(&there));
         let mut bytes = vec![7; 200_000];
         bytes[123_456] = 8;

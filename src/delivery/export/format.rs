@@ -42,9 +42,7 @@ impl Format {
         let of_rate = |megabits: f64| PixelBits::About(megabits * 1e6 / (1920.0 * 1080.0 * 29.97));
         Some(match self {
             Self::Png8 => PixelBits::AtMost(8.0 * channels),
-            Self::Png16 | Self::Tiff | Self::Movie(Codec::Ffv1) => {
-                PixelBits::AtMost(16.0 * channels)
-            }
+            Self::Png16 | Self::Tiff | Self::Movie(Codec::Ffv1) => PixelBits::AtMost(16.0 * channels),
             // Half floats; 32-bit floats take twice that.
             Self::Exr => PixelBits::AtMost(64.0),
             Self::Movie(Codec::ProRes422Hq) => of_rate(220.0),
@@ -95,21 +93,11 @@ impl Format {
             Self::Movie(Codec::H264) => "A movie for review: 8 bits, Rec. 709",
             Self::Movie(Codec::H265) => "A movie for review: 10 bits, Rec. 709",
             Self::Movie(Codec::ProRes422Hq) => "A movie for editing: 4:2:2, 10 bits",
-            Self::Movie(Codec::ProRes4444) => {
-                "A movie for editing: ProRes 4444 with straight alpha, Rec. 709"
-            }
-            Self::Movie(Codec::DnxhrHq) => {
-                "A movie for editing: 4:2:2, 8 bits, 256 × 120 pixels and more"
-            }
-            Self::Movie(Codec::DnxhrHqx) => {
-                "A movie for editing: 4:2:2, 10 bits, 256 × 120 pixels and more"
-            }
-            Self::Movie(Codec::Dnxhr444) => {
-                "A movie for editing: 4:4:4, 10 bits, 256 × 120 pixels and more"
-            }
-            Self::Movie(Codec::Ffv1) => {
-                "A movie for the archive: 16-bit RGB with straight alpha, lossless"
-            }
+            Self::Movie(Codec::ProRes4444) => "A movie for editing: ProRes 4444 with straight alpha, Rec. 709",
+            Self::Movie(Codec::DnxhrHq) => "A movie for editing: 4:2:2, 8 bits, 256 × 120 pixels and more",
+            Self::Movie(Codec::DnxhrHqx) => "A movie for editing: 4:2:2, 10 bits, 256 × 120 pixels and more",
+            Self::Movie(Codec::Dnxhr444) => "A movie for editing: 4:4:4, 10 bits, 256 × 120 pixels and more",
+            Self::Movie(Codec::Ffv1) => "A movie for the archive: 16-bit RGB with straight alpha, lossless",
         }
     }
 

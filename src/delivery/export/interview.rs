@@ -81,10 +81,7 @@ fn time_code_of(file: &Path, text: &str, frame_rate: f64) -> Result<TimeCode> {
     TimeCode::parse(text, frame_rate).ok_or_else(|| {
         let rate = (1000.0 * frame_rate).round() / 1000.0;
         Error::invalid(
-            format!(
-                "{}: the time code {text:?} does not exist at {rate} frames a second",
-                file.display()
-            ),
+            format!("{}: the time code {text:?} does not exist at {rate} frames a second", file.display()),
             (
                 "Write a valid one into the movie: hours:minutes:seconds:frames. Drop-frame has a semicolon before \
                  the frames and needs 29.97, 30, 59.94 or 60",
@@ -115,12 +112,8 @@ mod tests {
         let mut project = Project::without_shoot(folder.path());
         let shoot = &mut project.settings.shoot;
         shoot.frame_rate = 30000.0 / 1001.0;
-        shoot.frames = project::Frames::Clip(project::Clip {
-            movie: "talk.mov".into(),
-            first: 10,
-            count: 40,
-            alpha: false,
-        });
+        shoot.frames =
+            project::Frames::Clip(project::Clip { movie: "talk.mov".into(), first: 10, count: 40, alpha: false });
         let interview = Interview::from_project(&project).unwrap();
         let source = interview.source.as_ref().unwrap();
         assert_eq!((source.first_frame, interview.reel()), (10, Some("B003")));

@@ -108,9 +108,7 @@ impl FrameFiles {
                 let codec = Codec::for_path(files.codec, path)?;
                 Self::Movie(MovieFrames::new(folder, codec, files.movie_alpha))
             }
-            Destination::Stills(stills) => {
-                Self::Stills(stills.clone(), files.numbers(interview, (0, 0)).0)
-            }
+            Destination::Stills(stills) => Self::Stills(stills.clone(), files.numbers(interview, (0, 0)).0),
         })
     }
 
@@ -143,14 +141,11 @@ pub fn join_movie(
             cleaned = folder.to_path_buf();
         }
     }
-    let FrameFiles::Movie(frames) = files else {
-        return Ok(settings.files.to.clone());
-    };
+    let FrameFiles::Movie(frames) = files else { return Ok(settings.files.to.clone()) };
     let size = picture_size(project, settings.files.at)?;
     let written = (settings.files.size).map_or(size, |longest| fitted(size, longest));
     let encoding = Encoding::for_files(&settings.files)?;
-    let mut writer =
-        Writer::open(&settings.files, &encoding, (first, last), size, &interview, None, progress)?;
+    let mut writer = Writer::open(&settings.files, &encoding, (first, last), size, &interview, None, progress)?;
     let count = (last - first + 1) as u64;
     let mut join = || {
         for frame in first..=last {
@@ -162,9 +157,7 @@ pub fn join_movie(
         writer.finish(progress)
     };
     join().map_err(|e| match e {
-        Error::Cancelled { .. } => {
-            Error::Cancelled { kept: "all frames are kept, no movie was written".to_owned() }
-        }
+        Error::Cancelled { .. } => Error::Cancelled { kept: "all frames are kept, no movie was written".to_owned() },
         other => other,
     })?;
     progress.step("joining the movie", count, count, "");

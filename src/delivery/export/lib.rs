@@ -58,8 +58,7 @@ pub use rebuild::{Rebuild, rebuilt};
 pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};
 pub use shot_check::{
-    Fault, FileHash, FrameReport, Remark, Requirements, ShotLayers, ShotReport, Verification,
-    hash_file, names_frames,
+    Fault, FileHash, FrameReport, Remark, Requirements, ShotLayers, ShotReport, Verification, hash_file, names_frames,
 };
 pub use still::write_still;
 pub use time_code::TimeCode;

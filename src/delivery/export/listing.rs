@@ -72,9 +72,7 @@ impl LayerListing {
     /// # Errors
     /// When the headers name layers, and a JSON file is needed and cannot be read.
     pub(super) fn if_any(path: &Path, parts: &[Header]) -> Result<Option<Self>> {
-        let Some((first, written)) =
-            (parts.first()).and_then(|first| Some((first, text(first, WEIGHTS)?)))
-        else {
+        let Some((first, written)) = (parts.first()).and_then(|first| Some((first, text(first, WEIGHTS)?))) else {
             return Ok(None);
         };
         let lamps: Vec<ListedLayer> =
@@ -92,10 +90,8 @@ impl LayerListing {
         };
         if listing.lamps.is_empty() {
             let json = weights_file(path);
-            let text =
-                read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
-            let beside: Beside =
-                serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
+            let text = read_text(&json, MOST_WEIGHTS).map_err(|e| Error::io("read", &json, e, REMEDY))?;
+            let beside: Beside = serde_json::from_str(&text).map_err(|e| Error::codec("read", &json, e, REMEDY))?;
             listing.lamps = beside.layers;
             listing.rest = beside.rest;
             if listing.lamps.iter().any(|layer| layer.file.is_some()) {

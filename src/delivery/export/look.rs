@@ -38,11 +38,7 @@ impl<'a> Look<'a> {
     /// # Errors
     /// When the environment, the look-up table, the colour configuration or the first frame cannot be read, or the
     /// destination cannot hold the colours.
-    pub fn open(
-        project: &'a Project,
-        settings: &'a RelightSettings,
-        progress: &Progress,
-    ) -> Result<Self> {
+    pub fn open(project: &'a Project, settings: &'a RelightSettings, progress: &Progress) -> Result<Self> {
         let files = &settings.files;
         let encoding = Encoding::for_files(files)?;
         let (environment, front) = settings.find_environment(project, progress)?;
@@ -83,16 +79,9 @@ impl<'a> Look<'a> {
 /// Scene output to render from pictures of `size` columns and rows. For more than 8 bits, and for another size, the
 /// writer encodes display light itself, without the dither of 8 bits, unless an effect needs codes: light is
 /// averaged before the view cuts off highlights.
-pub(super) fn output(
-    files: &Files,
-    size: (usize, usize),
-    encoding: &Encoding,
-    effects: &Effects,
-) -> Output {
+pub(super) fn output(files: &Files, size: (usize, usize), encoding: &Encoding, effects: &Effects) -> Output {
     let deep = match &files.to {
-        Destination::Stills(stills) => {
-            files.bits == Bits::Sixteen || stills.format() == Some(FileFormat::Tiff)
-        }
+        Destination::Stills(stills) => files.bits == Bits::Sixteen || stills.format() == Some(FileFormat::Tiff),
         Destination::Clip(path) => Codec::for_path(files.codec, path).is_ok_and(Codec::is_deep),
     };
     // The dither of 8 bits is for codes that stay unchanged.

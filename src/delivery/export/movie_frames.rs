@@ -67,13 +67,7 @@ impl MovieFrames {
     ///
     /// # Errors
     /// When the file cannot be written, or the picture has no display codes.
-    pub fn write(
-        &self,
-        frame: usize,
-        picture: &Picture,
-        encoding: &Encoding,
-        made_of: Option<&str>,
-    ) -> Result<()> {
+    pub fn write(&self, frame: usize, picture: &Picture, encoding: &Encoding, made_of: Option<&str>) -> Result<()> {
         let path = self.path(frame);
         let mut bytes = frame_bytes(&path, (self.codec, self.alpha), encoding, picture)?;
         let Layout { color, depth, size: (width, height) } = self.layout(picture.alpha.size());
@@ -103,21 +97,13 @@ impl MovieFrames {
     pub fn read(&self, frame: usize, size: (usize, usize)) -> Result<Vec<u8>> {
         let path = self.path(frame);
         let (mut bytes, info) = read_png(&path)?;
-        let found = Layout {
-            color: info.color_type,
-            depth: info.bit_depth,
-            size: (info.width as usize, info.height as usize),
-        };
+        let found =
+            Layout { color: info.color_type, depth: info.bit_depth, size: (info.width as usize, info.height as usize) };
         if found != self.layout(size) {
             return Err(Error::codec(
                 "read",
                 &path,
-                format!(
-                    "it is not a frame of {} × {} pixels for {}",
-                    size.0,
-                    size.1,
-                    self.codec.name()
-                ),
+                format!("it is not a frame of {} × {} pixels for {}", size.0, size.1, self.codec.name()),
                 "Write this frame again",
             ));
         }

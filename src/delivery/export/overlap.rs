@@ -34,12 +34,7 @@ impl StageTimes {
     /// Means over `frames` frames that took `whole` together.
     pub fn of_frames(self, frames: usize, whole: Duration) -> Stages {
         let mean = |time: Duration| time.as_secs_f64() * 1e3 / frames.max(1) as f64;
-        Stages {
-            read_ms: mean(self.read),
-            make_ms: mean(self.make),
-            write_ms: mean(self.write),
-            frame_ms: mean(whole),
-        }
+        Stages { read_ms: mean(self.read), make_ms: mean(self.make), write_ms: mean(self.write), frame_ms: mean(whole) }
     }
 }
 
@@ -132,11 +127,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn fail(at: usize, frame: usize) -> Result<usize> {
-        if at == frame {
-            Err(Error::invalid(format!("frame {frame}"), "nothing"))
-        } else {
-            Ok(frame)
-        }
+        if at == frame { Err(Error::invalid(format!("frame {frame}"), "nothing")) } else { Ok(frame) }
     }
 
     #[test]

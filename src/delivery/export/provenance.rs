@@ -45,9 +45,7 @@ impl Provenance {
     ) -> Result<Self> {
         let settings = &project.settings;
         let read = |path: &Path| {
-            std::fs::read(path).map_err(|e| {
-                Error::io("read", path, e, "Check that the project exists and is complete")
-            })
+            std::fs::read(path).map_err(|e| Error::io("read", path, e, "Check that the project exists and is complete"))
         };
         let mut made_of = Fnv::default();
         let shoot = Shoot {
@@ -146,12 +144,7 @@ fn look(asked: &RelightSettings, front: Front) -> Fnv {
     let mut look = Fnv::default();
     look.text(&format!(
         "{:?} {:?} {} {:?} {:?} {:?}",
-        front,
-        asked.look.yaw_deg,
-        asked.turntable,
-        asked.look.animation,
-        asked.solo,
-        asked.look.lighting
+        front, asked.look.yaw_deg, asked.turntable, asked.look.animation, asked.solo, asked.look.lighting
     ));
     look.text(&format!(
         "{:?} {:?} {:?} {:?}",

@@ -126,8 +126,7 @@ impl Rebuild {
             for c in 0..3 {
                 // NaN in a file is a difference that no limit allows.
                 let difference = (sum[c] - wanted[c]).abs();
-                residual =
-                    residual.max(if difference.is_nan() { f64::INFINITY } else { difference });
+                residual = residual.max(if difference.is_nan() { f64::INFINITY } else { difference });
                 brightest = brightest.max(wanted[c].abs());
             }
         }
@@ -226,10 +225,7 @@ fn add(
     if let Some(name) = file {
         if !is_bare(name) {
             return Err(Error::invalid(
-                format!(
-                    "{} names a layer's file {name:?}: expected a file name without a folder",
-                    path.display()
-                ),
+                format!("{} names a layer's file {name:?}: expected a file name without a folder", path.display()),
                 REMEDY,
             ));
         }
@@ -247,13 +243,7 @@ fn add(
     }
 }
 
-fn add_channels(
-    path: &Path,
-    part: &Part,
-    prefix: &str,
-    weight: [f64; 3],
-    sums: &mut [[f64; 3]],
-) -> Result<()> {
+fn add_channels(path: &Path, part: &Part, prefix: &str, weight: [f64; 3], sums: &mut [[f64; 3]]) -> Result<()> {
     for (c, color) in ["R", "G", "B"].into_iter().enumerate() {
         let name = format!("{prefix}{color}");
         let channel = (part.channel_data.list.iter())

@@ -28,10 +28,7 @@ pub fn contact_sheet(tiles: &[Tile], columns: usize) -> Result<Encoded> {
     let width = tiles.iter().map(|t| t.picture.0.width).max().unwrap_or(0);
     let height = tiles.iter().map(|t| t.picture.0.height).max().unwrap_or(0);
     if width == 0 || height == 0 {
-        return Err(Error::invalid(
-            "a contact sheet needs at least one picture",
-            "Choose some frames",
-        ));
+        return Err(Error::invalid("a contact sheet needs at least one picture", "Choose some frames"));
     }
     let columns = columns.clamp(1, tiles.len());
     let size = (width / WIDTH_PER_LETTER_SIZE).max(1);
@@ -66,10 +63,8 @@ mod tests {
 
     #[test]
     fn tiles_lie_in_rows_with_their_labels_below() {
-        let pictures: Vec<Encoded> =
-            (0..5).map(|i| Encoded(Raster::filled(40, 30 - i, [0.1 * i as f32; 3]))).collect();
-        let tiles: Vec<Tile> =
-            pictures.iter().map(|picture| Tile { label: "frame 12: 30.9 db", picture }).collect();
+        let pictures: Vec<Encoded> = (0..5).map(|i| Encoded(Raster::filled(40, 30 - i, [0.1 * i as f32; 3]))).collect();
+        let tiles: Vec<Tile> = pictures.iter().map(|picture| Tile { label: "frame 12: 30.9 db", picture }).collect();
         let sheet = contact_sheet(&tiles, 3).unwrap().0;
         let cell = (44, 30 + GAP + HEIGHT + GAP);
         assert_eq!(sheet.size(), (GAP + 3 * cell.0, GAP + 2 * cell.1));
@@ -83,11 +78,8 @@ mod tests {
         assert!(contact_sheet(&[], 3).is_err());
         for (width, columns) in [(1, 0), (3, 9), (700, 1)] {
             let picture = Encoded(Raster::filled(width, 2, [1.0; 3]));
-            contact_sheet(
-                &[Tile { label: "a label that is far too long for it", picture: &picture }],
-                columns,
-            )
-            .unwrap();
+            contact_sheet(&[Tile { label: "a label that is far too long for it", picture: &picture }], columns)
+                .unwrap();
         }
     }
 }

@@ -21,8 +21,7 @@ pub struct Sound(Unfinished);
 
 /// Inaudible difference in seconds: less than a frame.
 const UNHEARD_S: f64 = 0.02;
-const REMEDY: (&str, &str) =
-    ("Check that the interview's movie is complete, or export without sound", "--no-sound");
+const REMEDY: (&str, &str) = ("Check that the interview's movie is complete, or export without sound", "--no-sound");
 
 /// Streams and times of a movie, from ffprobe.
 #[derive(Deserialize)]
@@ -57,9 +56,7 @@ impl Sound {
         path: &Path,
         progress: &Progress,
     ) -> Result<Option<Self>> {
-        let Some(source) = &interview.source else {
-            return Ok(None);
-        };
+        let Some(source) = &interview.source else { return Ok(None) };
         let probed = probe(source)?;
         let is = |kind: &'static str| move |s: &&Stream| s.codec_type.as_deref() == Some(kind);
         let Some(sound) = probed.streams.iter().find(is("audio")) else {
@@ -70,13 +67,11 @@ impl Sound {
         let at = |frame: usize| frame as f64 * f64::from(seconds) / f64::from(frames);
         let whole = probed.format.start();
         let pictures = probed.streams.iter().find(is("video"));
-        let even =
-            pictures.map_or(0.0, |video| video.times.start()) + at(source.first_frame + first);
+        let even = pictures.map_or(0.0, |video| video.times.start()) + at(source.first_frame + first);
         let begins = match &*movies::open(&source.file)? {
             movies::Source::Movie(movie) => {
                 let from = source.first_frame as u64;
-                let drift =
-                    movie.drift((from + first as u64, from + last as u64), interview.frame_rate)?;
+                let drift = movie.drift((from + first as u64, from + last as u64), interview.frame_rate)?;
                 if drift >= 1.0 {
                     progress.say(format!(
                         "{} has a variable frame rate, not {:.3} frames per second: sound starts in sync with the \
@@ -165,11 +160,9 @@ fn seconds(text: Option<&str>) -> Option<f64> {
 
 /// ffmpeg's arguments, up to the name of the output.
 fn arguments(source: &Source, start: f64, length: f64) -> Vec<OsString> {
-    let words =
-        |line: &str| -> Vec<OsString> { line.split_whitespace().map(OsString::from).collect() };
-    let mut line = words(&format!(
-        "-hide_banner -loglevel error -nostats -nostdin -y -ss {start:.6} -protocol_whitelist file -i"
-    ));
+    let words = |line: &str| -> Vec<OsString> { line.split_whitespace().map(OsString::from).collect() };
+    let mut line =
+        words(&format!("-hide_banner -loglevel error -nostats -nostdin -y -ss {start:.6} -protocol_whitelist file -i"));
     line.push(file_url(&source.file));
     line.extend(words(&format!(
         "-map 0:a -vn -sn -dn -af aresample=async=1:first_pts=0,apad=whole_dur={length:.6} -t {length:.6} \

@@ -12,10 +12,8 @@ const RATE: f64 = 30000.0 / 1001.0;
 /// A movie of 60 frames. Its sound is silent up to frame 20, then loud, and ends `sound_s` seconds after the start.
 fn interview(folder: &Path, sound_s: f64) -> Interview {
     let file = folder.join("-take 1'.mov");
-    let volume = format!(
-        "aevalsrc=if(gte(t\\,{0})\\,0.5*sin(2*PI*1000*t)\\,0):s=48000:d={sound_s},asplit[a][b]",
-        20.0 / RATE
-    );
+    let volume =
+        format!("aevalsrc=if(gte(t\\,{0})\\,0.5*sin(2*PI*1000*t)\\,0):s=48000:d={sound_s},asplit[a][b]", 20.0 / RATE);
     let made = Command::new("ffmpeg")
         .args(["-v", "error", "-y", "-f", "lavfi", "-i"])
         .arg("testsrc2=s=64x48:r=30000/1001:d=2.002")
@@ -49,11 +47,7 @@ fn samples(path: &Path, stream: usize) -> Vec<f32> {
 }
 
 /// Sound of frames for the movie `beside`, and the messages about it.
-fn heard(
-    interview: &Interview,
-    frames: (usize, usize),
-    beside: &Path,
-) -> (Result<Option<Sound>>, String) {
+fn heard(interview: &Interview, frames: (usize, usize), beside: &Path) -> (Result<Option<Sound>>, String) {
     Progress::heard(|progress| Sound::extract(interview, frames, beside, progress))
 }
 
@@ -72,11 +66,7 @@ fn sound_is_cut_to_the_exported_frames() {
         for stream in [0, 1] {
             let samples = samples(sound.path(), stream);
             let wanted = (last - first + 1) as f64 / RATE * 48000.0;
-            assert!(
-                (samples.len() as f64 - wanted).abs() <= 1.0,
-                "{} is not {wanted}",
-                samples.len()
-            );
+            assert!((samples.len() as f64 - wanted).abs() <= 1.0, "{} is not {wanted}", samples.len());
             let loud = samples.iter().position(|v| v.abs() > 0.01).unwrap() as f64;
             let begins = (20.0 - first as f64) / RATE * 48000.0;
             // The tone needs a sample to be heard.
@@ -97,12 +87,7 @@ fn sound_under_uneven_frame_times_starts_at_the_first_frames_own_time() {
         let file = folder.path().join(name);
         let made = Command::new("ffmpeg")
             .args(["-v", "error", "-y", "-f", "lavfi", "-i", "testsrc2=s=64x48:r=30:d=3"])
-            .args([
-                "-f",
-                "lavfi",
-                "-i",
-                "aevalsrc=if(gte(t\\,0.7)\\,0.5*sin(2*PI*1000*t)\\,0):s=48000:d=3",
-            ])
+            .args(["-f", "lavfi", "-i", "aevalsrc=if(gte(t\\,0.7)\\,0.5*sin(2*PI*1000*t)\\,0):s=48000:d=3"])
             .args(["-vf", "select='gte(n,30)+not(mod(n,3))'", "-fps_mode", "passthrough"])
             .args(coding.split_whitespace())
             .args(["-c:a", "pcm_s16le"])
@@ -157,15 +142,11 @@ fn a_movie_has_the_interviews_sound_time_code_and_reel() {
     let folder = tempfile::tempdir().unwrap();
     let interview = interview(folder.path(), 2.002);
     let shown = picture(256, 120, [0.5; 3], true);
-    for (name, codec) in [
-        ("a.mov", Codec::ProRes4444),
-        ("a.mp4", Codec::H264),
-        ("a.mxf", Codec::DnxhrHqx),
-        ("a.mkv", Codec::Ffv1),
-    ] {
+    for (name, codec) in
+        [("a.mov", Codec::ProRes4444), ("a.mp4", Codec::H264), ("a.mxf", Codec::DnxhrHqx), ("a.mkv", Codec::Ffv1)]
+    {
         let path = folder.path().join(name);
-        let sound =
-            Sound::extract(&interview, (12, 23), &path, &Progress::silent()).unwrap().unwrap();
+        let sound = Sound::extract(&interview, (12, 23), &path, &Progress::silent()).unwrap().unwrap();
         let movie = Movie {
             codec,
             frame_rate: interview.frame_rate,
@@ -217,17 +198,7 @@ fn a_movie_without_sound_or_that_is_cut_off_is_said() {
     let said = extract().0.unwrap_err().for_terminal();
     assert!(said.contains("take 1") && said.contains("--no-sound"), "{said}");
     let silent = Command::new("ffmpeg")
-        .args([
-            "-v",
-            "error",
-            "-y",
-            "-f",
-            "lavfi",
-            "-i",
-            "testsrc2=s=64x48:d=1",
-            "-c:v",
-            "prores_ks",
-        ])
+        .args(["-v", "error", "-y", "-f", "lavfi", "-i", "testsrc2=s=64x48:d=1", "-c:v", "prores_ks"])
         .arg(file_url(&file))
         .status();
     assert!(silent.unwrap().success());

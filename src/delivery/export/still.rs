@@ -71,10 +71,7 @@ pub fn write_still_png(path: &Path, picture: &Picture, about: &About) -> Result<
 }
 
 /// Says in which colour space the codes are; returns what `cICP` is to say, if there is to be one.
-fn color_chunks<W: io::Write>(
-    encoder: &mut png::Encoder<W>,
-    encoding: &Encoding,
-) -> Option<[u8; 2]> {
+fn color_chunks<W: io::Write>(encoder: &mut png::Encoder<W>, encoding: &Encoding) -> Option<[u8; 2]> {
     if encoding.is_untagged() {
         return None;
     }
@@ -87,12 +84,7 @@ fn color_chunks<W: io::Write>(
     };
     let Primaries { red, green, blue, white } = space.primaries().primaries();
     let at = |[x, y]: [f64; 2]| (x as f32, y as f32);
-    encoder.set_source_chromaticities(png::SourceChromaticities::new(
-        at(white),
-        at(red),
-        at(green),
-        at(blue),
-    ));
+    encoder.set_source_chromaticities(png::SourceChromaticities::new(at(white), at(red), at(green), at(blue)));
     // What decoders go by that know no cICP: the curve of sRGB is nearest to a power of 2.2.
     let power = if space == OutputSpace::P3 { 2.2 } else { 2.4 };
     encoder.set_source_gamma(png::ScaledFloat::new(1.0 / power));
@@ -195,9 +187,7 @@ pub(super) fn straight<'a>(
         let [r, g, b] = match (&of_config, codes, light) {
             (Some(codes), ..) if alpha > 0.0 => codes[i].map(unit),
             (None, Some(codes), _) if alpha >= 1.0 => of_file(codes.pixels[i]),
-            (None, _, Some(light)) if alpha > 0.0 => {
-                of_file(code(light.pixels[i].map(|v| v / alpha), picture.view))
-            }
+            (None, _, Some(light)) if alpha > 0.0 => of_file(code(light.pixels[i].map(|v| v / alpha), picture.view)),
             _ => [0.0; 3],
         };
         [r, g, b, alpha]
@@ -221,18 +211,12 @@ pub(super) fn over_black(picture: &Picture, encoding: &Encoding) -> Option<Vec<[
 
 /// A picture that was made for a display alone is asked for in linear light.
 pub(super) fn no_light(path: &Path) -> Error {
-    Error::bug(format!(
-        "cannot write {}: the picture was made for a display, not in linear light",
-        path.display()
-    ))
+    Error::bug(format!("cannot write {}: the picture was made for a display, not in linear light", path.display()))
 }
 
 /// A picture that was made in linear light is asked for in display codes.
 pub(super) fn no_display(path: &Path) -> Error {
-    Error::bug(format!(
-        "cannot write {}: the picture was made in linear light, not for a display",
-        path.display()
-    ))
+    Error::bug(format!("cannot write {}: the picture was made in linear light, not for a display", path.display()))
 }
 
 #[cfg(test)]

@@ -12,9 +12,7 @@ use std::sync::LazyLock;
 
 /// A flat, premultiplied picture. Its alpha falls from left to right unless it is opaque.
 pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Picture {
-    let alpha = Mask::from_fn(width, height, |x, _| {
-        if opaque { 1.0 } else { 1.0 - x as f32 / (width - 1) as f32 }
-    });
+    let alpha = Mask::from_fn(width, height, |x, _| if opaque { 1.0 } else { 1.0 - x as f32 / (width - 1) as f32 });
     let linear: Image = alpha.map(|a| color.map(|v| v * a));
     Picture {
         display: Some(view(&linear)),
@@ -53,9 +51,7 @@ fn an_exr_keeps_light_alpha_and_says_what_it_is() {
     let read = exr::prelude::read_first_rgba_layer_from_file(
         &path,
         |size, _| Mask::filled(size.width(), size.height(), 0.0).map(|_| [0f32; 4]),
-        |raster, at, (r, g, b, a): (f32, f32, f32, f32)| {
-            raster.pixels[at.y() * raster.width + at.x()] = [r, g, b, a]
-        },
+        |raster, at, (r, g, b, a): (f32, f32, f32, f32)| raster.pixels[at.y() * raster.width + at.x()] = [r, g, b, a],
     )
     .unwrap();
     let identity = &read.layer_data.attributes.other[&Text::from("colorInteropID")];
@@ -174,25 +170,17 @@ fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
         let read = image::open(path).unwrap().into_rgb16().get_pixel(1, 1).0;
         read.map(|code| f32::from(code) / 65535.0)
     };
-    for space in [
-        None,
-        Some(OutputSpace::Srgb),
-        Some(OutputSpace::P3),
-        Some(OutputSpace::Rec709),
-        Some(OutputSpace::Rec2020),
-    ] {
+    for space in
+        [None, Some(OutputSpace::Srgb), Some(OutputSpace::P3), Some(OutputSpace::Rec709), Some(OutputSpace::Rec2020)]
+    {
         let encoding = Encoding::open(space, None).unwrap();
-        let about =
-            About { encoding: &encoding, provenance: Some("look=12"), ..about(Bits::Sixteen) };
+        let about = About { encoding: &encoding, provenance: Some("look=12"), ..about(Bits::Sixteen) };
         let wanted = encoding.codes()(shown.display.as_ref().unwrap().0.pixels[0]);
         for name in ["a.png", "a.tif", "b.TIFF"] {
             let path = folder.path().join(name);
             write_still(&path, &shown, &about).unwrap();
             let found = codes(&path);
-            assert!(
-                (0..3).all(|c| (found[c] - wanted[c]).abs() < 2e-5),
-                "{name}: {found:?}, {wanted:?}"
-            );
+            assert!((0..3).all(|c| (found[c] - wanted[c]).abs() < 2e-5), "{name}: {found:?}, {wanted:?}");
         }
         let file = std::fs::File::open(folder.path().join("a.png")).unwrap();
         let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
@@ -205,9 +193,7 @@ fn a_png_and_a_tiff_say_their_colour_space_and_what_they_are_of() {
             None | Some(OutputSpace::Srgb) => assert!(info.srgb.is_some() && cicp.is_none()),
             Some(space) => assert_eq!(cicp, Some(space.code_points())),
         }
-        let mut tiff =
-            tiff::decoder::Decoder::new(std::fs::File::open(folder.path().join("a.tif")).unwrap())
-                .unwrap();
+        let mut tiff = tiff::decoder::Decoder::new(std::fs::File::open(folder.path().join("a.tif")).unwrap()).unwrap();
         let said = tiff.get_tag_ascii_string(Tag::ImageDescription).unwrap();
         assert!(said.contains("look=12") && said.contains("Colour space"), "{said}");
     }
@@ -230,21 +216,15 @@ fn every_compression_gives_back_half_floats() {
             let exr = ExrSettings { samples, compression, ..ExrSettings::default() };
             write_still(&path, &shown, &About { exr, ..about(Bits::Eight) }).unwrap();
             let found = file::read_linear(&path).unwrap();
-            for (found, wanted) in found
-                .pixels
-                .iter()
-                .flatten()
-                .zip(shown.linear.as_ref().unwrap().pixels.iter().flatten())
+            for (found, wanted) in
+                found.pixels.iter().flatten().zip(shown.linear.as_ref().unwrap().pixels.iter().flatten())
             {
                 let within = match (samples, compression) {
                     (Samples::Half, _) => 2f32.powi(-11),
                     (_, ExrCompression::Pxr24) => 2f32.powi(-16),
                     _ => 0.0,
                 };
-                assert!(
-                    (found - wanted).abs() <= within * wanted.abs(),
-                    "{exr:?}: {found}, {wanted}"
-                );
+                assert!((found - wanted).abs() <= within * wanted.abs(), "{exr:?}: {found}, {wanted}");
             }
         }
     }

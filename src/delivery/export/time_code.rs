@@ -23,8 +23,7 @@ impl TimeCode {
     /// Time code of frame `frame` of a clip with `frame_rate` frames per second that starts at 00:00:00:00, without
     /// drop-frame counting; it wraps after a day.
     pub fn new(frame: usize, frame_rate: f64) -> Self {
-        Self { hours: 0, minutes: 0, seconds: 0, frame: 0, rate: whole(frame_rate), drop: false }
-            .plus(frame)
+        Self { hours: 0, minutes: 0, seconds: 0, frame: 0, rate: whole(frame_rate), drop: false }.plus(frame)
     }
 
     /// Reads `HH:MM:SS:FF` of a clip with `frame_rate` frames per second; a semicolon or a dot before the frames means
@@ -34,8 +33,7 @@ impl TimeCode {
         let text = text.trim();
         let rate = whole(frame_rate);
         let parts: Vec<&str> = text.split([':', ';', '.']).collect();
-        let is_number =
-            |part: &&str| (1..=3).contains(&part.len()) && part.bytes().all(|b| b.is_ascii_digit());
+        let is_number = |part: &&str| (1..=3).contains(&part.len()) && part.bytes().all(|b| b.is_ascii_digit());
         if parts.len() != 4 || !parts.iter().all(is_number) {
             return None;
         }
@@ -44,14 +42,7 @@ impl TimeCode {
         let (hours, minutes, seconds, frame) = (number(0)?, number(1)?, number(2)?, number(3)?);
         let fits = hours < 24 && minutes < 60 && seconds < 60 && frame < rate;
         let can_drop = !drop || rate.is_multiple_of(30);
-        let found = Self {
-            hours: hours as u8,
-            minutes: minutes as u8,
-            seconds: seconds as u8,
-            frame,
-            rate,
-            drop,
-        };
+        let found = Self { hours: hours as u8, minutes: minutes as u8, seconds: seconds as u8, frame, rate, drop };
         let skipped = seconds == 0 && !minutes.is_multiple_of(10);
         let exists = !skipped || u64::from(frame) >= found.dropped();
         (fits && can_drop && exists).then_some(found)
@@ -59,10 +50,7 @@ impl TimeCode {
 
     /// Possible times of a header's time code in a clip with `frame_rate` frames per second: several above 60, where
     /// more than two frames share a number; none if that rate lacks the number.
-    pub(super) fn of_header(
-        code: attribute::TimeCode,
-        frame_rate: f64,
-    ) -> impl Iterator<Item = Self> {
+    pub(super) fn of_header(code: attribute::TimeCode, frame_rate: f64) -> impl Iterator<Item = Self> {
         let rate = whole(frame_rate);
         let together = rate.div_ceil(30);
         let fits = code.hours < 24 && code.minutes < 60 && code.seconds < 60;
@@ -105,8 +93,7 @@ impl TimeCode {
     /// Frames since midnight.
     pub fn count(self) -> u64 {
         let minutes = 60 * u64::from(self.hours) + u64::from(self.minutes);
-        let numbers =
-            (60 * minutes + u64::from(self.seconds)) * u64::from(self.rate) + u64::from(self.frame);
+        let numbers = (60 * minutes + u64::from(self.seconds)) * u64::from(self.rate) + u64::from(self.frame);
         numbers - self.dropped() * (minutes - minutes / 10)
     }
 
@@ -253,16 +240,7 @@ mod tests {
 
     #[test]
     fn what_is_no_time_code_is_none() {
-        for text in [
-            "",
-            "1:2",
-            "01:00:00:24",
-            "25:00:00:00",
-            "00:60:00:00",
-            "00:00:00;00",
-            "a:b:c:d",
-            "+1:00:00:00",
-        ] {
+        for text in ["", "1:2", "01:00:00:24", "25:00:00:00", "00:60:00:00", "00:00:00;00", "a:b:c:d", "+1:00:00:00"] {
             assert_eq!(TimeCode::parse(text, 24.0), None, "{text}");
         }
         assert!(TimeCode::parse("00:00:00;00", 23.976).is_none());

@@ -65,9 +65,7 @@ impl Writer {
         let written = files.size.map_or(size, |longest| fitted(size, longest));
         // Leftovers of killed exports in this folder. With other workers around nothing is removed: another machine's
         // clock and locks cannot tell for sure whether their files are leftovers.
-        if let (None, Some(folder)) =
-            (part_folder, files.to.files(numbers.0, numbers.1).next().and_then(folder))
-        {
+        if let (None, Some(folder)) = (part_folder, files.to.files(numbers.0, numbers.1).next().and_then(folder)) {
             remove_left_over(&folder);
         }
         let (mut clip, mut sound, mut parts) = (None, None, None);
@@ -165,9 +163,7 @@ impl Writer {
             (Destination::Clip(_), Some(clip)) => clip.push(&shown, progress).map(|()| None),
             (Destination::Clip(_), None) => {
                 let mut parts = self.parts.iter();
-                parts
-                    .try_for_each(|parts| parts.write(frame, &shown, &self.encoding, made_of))
-                    .map(|()| None)
+                parts.try_for_each(|parts| parts.write(frame, &shown, &self.encoding, made_of)).map(|()| None)
             }
         }
     }
@@ -203,9 +199,8 @@ impl Writer {
             (Destination::Clip(_), Some(parts)) => parts.path(frame),
             (Destination::Clip(_), None) => return false,
         };
-        let same = self.goes_on
-            && provenance_of(&path).as_deref() == Some(made_of)
-            && is_whole(&path, self.files.layers);
+        let same =
+            self.goes_on && provenance_of(&path).as_deref() == Some(made_of) && is_whole(&path, self.files.layers);
         self.done += usize::from(same);
         same
     }
@@ -285,10 +280,7 @@ pub fn check_files(files: &Files, frames: usize) -> Result<()> {
             if files.movie_alpha == MovieAlpha::Premultiplied && !codec.has_alpha() {
                 return Err(Error::invalid(
                     format!("{} keeps no alpha: {to} cannot be premultiplied", codec.name()),
-                    (
-                        "Write ProRes 4444 (.mov) or FFV1 (.mkv), or leave the alpha out",
-                        "leave --movie-alpha out",
-                    ),
+                    ("Write ProRes 4444 (.mov) or FFV1 (.mkv), or leave the alpha out", "leave --movie-alpha out"),
                 ));
             }
         }
@@ -296,10 +288,7 @@ pub fn check_files(files: &Files, frames: usize) -> Result<()> {
             if let Some(codec) = files.codec {
                 return Err(Error::invalid(
                     format!("{} is a movie codec, but {to} are stills", codec.name()),
-                    format!(
-                        "Write a movie, such as clip{}, or leave the codec out",
-                        codec.ending()
-                    ),
+                    format!("Write a movie, such as clip{}, or leave the codec out", codec.ending()),
                 ));
             }
         }

@@ -1,6 +1,4 @@
-use super::super::exr_settings::{
-    ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples,
-};
+use super::super::exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, LayersBy, Samples};
 use super::super::layers::LightLayer;
 use super::super::look::output;
 use super::super::still::tests::picture;
@@ -36,28 +34,20 @@ fn noise(size: usize) -> Picture {
 
 /// Writes frames until an error.
 fn fill(writer: &mut Writer, shown: &Picture) -> Error {
-    let fails = (0..200)
-        .find_map(|frame| writer.write(frame, shown, None, None, &Progress::silent()).err());
-    fails
-        .or_else(|| writer.finish(&Progress::silent()).err())
-        .expect("the disk has no room for this")
+    let fails = (0..200).find_map(|frame| writer.write(frame, shown, None, None, &Progress::silent()).err());
+    fails.or_else(|| writer.finish(&Progress::silent()).err()).expect("the disk has no room for this")
 }
 
 #[test]
 fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
-    let Some(disk) = SmallDisk::mount(64) else {
-        return;
-    };
+    let Some(disk) = SmallDisk::mount(64) else { return };
     let (files, shown) = (Files::to(disk.at("shot.%04d.png")).unwrap(), noise(80));
     let mut writer = open(&files, (0, 199), (80, 80));
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
-    for wanted in [
-        format!("{} frames are kept", kept.len()),
-        "room".to_owned(),
-        format!("shot.{:04}.png", kept.len()),
-    ] {
+    for wanted in [format!("{} frames are kept", kept.len()), "room".to_owned(), format!("shot.{:04}.png", kept.len())]
+    {
         assert!(said.contains(&wanted), "{said}: {wanted}");
     }
     for (frame, name) in kept.iter().enumerate() {
@@ -72,9 +62,7 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
         return;
     }
     for (name, kib) in [("clip.mp4", 64), ("clip.mov", 64)] {
-        let Some(disk) = SmallDisk::mount(kib) else {
-            return;
-        };
+        let Some(disk) = SmallDisk::mount(kib) else { return };
         std::fs::write(disk.at(name), "an older movie").unwrap();
         let files = Files::to(disk.at(name)).unwrap();
         let mut writer = open(&files, (0, 199), (256, 256));
@@ -107,14 +95,9 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
 fn pictures_are_written_at_the_size_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     for (name, size) in [("small.png", 16), ("large.exr", 50)] {
-        let files = Files {
-            size: Some(size),
-            ..Files::to(folder.path().join(name).display().to_string()).unwrap()
-        };
+        let files = Files { size: Some(size), ..Files::to(folder.path().join(name).display().to_string()).unwrap() };
         let mut writer = open(&files, (0, 0), (32, 32));
-        writer
-            .write(0, &picture(32, 32, [0.5; 3], false), None, None, &Progress::silent())
-            .unwrap();
+        writer.write(0, &picture(32, 32, [0.5; 3], false), None, None, &Progress::silent()).unwrap();
         let found = imaging::file::dimensions(&folder.path().join(name)).unwrap();
         assert_eq!(found, (size, size));
     }
@@ -150,8 +133,7 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
 fn every_still_at_another_size_averages_light() {
     let folder = tempfile::tempdir().unwrap();
     // Highlights above white beside black: their mean light is not that of their codes.
-    let stripes =
-        Raster::from_fn(32, 32, |x, _| if x % 2 == 0 { [1.2, 0.9, 0.2] } else { [0.0; 3] });
+    let stripes = Raster::from_fn(32, 32, |x, _| if x % 2 == 0 { [1.2, 0.9, 0.2] } else { [0.0; 3] });
     let shown = Picture { linear: Some(stripes), display: None, ..picture(32, 32, [0.0; 3], true) };
     let mean = Raster::filled(1, 1, [0.6, 0.45, 0.1]);
     let codes = view(&mean, shown.view).0.pixels[0];
@@ -162,8 +144,7 @@ fn every_still_at_another_size_averages_light() {
         ("d.exr", Bits::Eight, 1e-3),
     ] {
         let path = folder.path().join(name);
-        let files =
-            Files { size: Some(16), bits, ..Files::to(path.display().to_string()).unwrap() };
+        let files = Files { size: Some(16), bits, ..Files::to(path.display().to_string()).unwrap() };
         let mut writer = open(&files, (0, 0), (32, 32));
         let kind = |size: (usize, usize)| {
             let effects = Effects::default();
@@ -240,36 +221,15 @@ fn lit() -> (Picture, LightLayers) {
 
 #[test]
 fn every_way_to_keep_layers_gives_back_the_picture() {
-    for (layers, files) in
-        [(LayerFiles::Channels, 2), (LayerFiles::Parts, 2), (LayerFiles::Files, 5)]
-    {
+    for (layers, files) in [(LayerFiles::Channels, 2), (LayerFiles::Parts, 2), (LayerFiles::Files, 5)] {
         for (space, alpha, samples, compression, crop) in [
             (None, ExrAlpha::Premultiplied, Samples::Half, ExrCompression::Zip, false),
-            (
-                Some(OutputSpace::Acescg),
-                ExrAlpha::Straight,
-                Samples::Float,
-                ExrCompression::Piz,
-                true,
-            ),
-            (
-                Some(OutputSpace::P3),
-                ExrAlpha::Premultiplied,
-                Samples::Half,
-                ExrCompression::None,
-                true,
-            ),
+            (Some(OutputSpace::Acescg), ExrAlpha::Straight, Samples::Float, ExrCompression::Piz, true),
+            (Some(OutputSpace::P3), ExrAlpha::Premultiplied, Samples::Half, ExrCompression::None, true),
         ] {
             let folder = tempfile::tempdir().unwrap();
-            let exr = ExrSettings {
-                samples,
-                compression,
-                alpha,
-                crop,
-                layers,
-                layers_by: LayersBy::Lamp,
-                weights: true,
-            };
+            let exr =
+                ExrSettings { samples, compression, alpha, crop, layers, layers_by: LayersBy::Lamp, weights: true };
             let files_settings = Files {
                 exr,
                 space,
@@ -283,21 +243,16 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
             let path = folder.path().join("shot.0007.exr");
             let found = Rebuild::of_file(&path).unwrap();
-            assert!(
-                found.layers == 2 && found.is_exact() && found.brightest > 1.0,
-                "{exr:?}: {found:?}"
-            );
+            assert!(found.layers == 2 && found.is_exact() && found.brightest > 1.0, "{exr:?}: {found:?}");
             assert_eq!(names(folder.path()).len(), files, "{:?}", names(folder.path()));
             let json = std::fs::read_to_string(folder.path().join("shot.0007.json")).unwrap();
             let json: serde_json::Value = serde_json::from_str(&json).unwrap();
             assert_eq!(json["layers"][1]["layer"], "light_01");
             assert_eq!(json["rest"]["layer"], "rest");
             let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
-            let alpha =
-                &read.layer_data[0].attributes.other[&exr::meta::attribute::Text::from("alpha")];
+            let alpha = &read.layer_data[0].attributes.other[&exr::meta::attribute::Text::from("alpha")];
             assert_eq!(format!("{alpha:?}").contains("straight"), exr.alpha == ExrAlpha::Straight);
-            let window =
-                (read.layer_data[0].size.width(), read.attributes.display_window.size.width());
+            let window = (read.layer_data[0].size.width(), read.attributes.display_window.size.width());
             // The last column has no coverage, only background.
             assert_eq!(window, (12, 12));
         }
@@ -327,10 +282,7 @@ fn layers_that_miss_the_picture_are_not_written_and_files_that_lie_are_refused()
     imaging::file::write_exr(&path, &imaging::Image::filled(4, 4, [0.5; 3])).unwrap();
     assert!(Rebuild::of_file(&path).unwrap_err().to_string().contains("weights"));
     // A layer's file must lie beside its picture.
-    let apart = Files {
-        exr: ExrSettings { layers: LayerFiles::Files, ..ExrSettings::default() },
-        ..files.clone()
-    };
+    let apart = Files { exr: ExrSettings { layers: LayerFiles::Files, ..ExrSettings::default() }, ..files.clone() };
     let (shown, layers) = lit();
     let mut writer = open(&apart, (0, 0), (12, 7));
     writer.write(0, &shown, Some(layers), None, &silent).unwrap();
@@ -380,8 +332,7 @@ fn stills_and_movies_refuse_what_is_the_others() {
     assert!(said.unwrap_err().contains(".mov"));
     let said = check(Files { space: Some(OutputSpace::Acescg), ..to("a.mov") });
     assert!(said.unwrap_err().contains("linear light"));
-    let premultiplied =
-        |name: &str| check(Files { movie_alpha: MovieAlpha::Premultiplied, ..to(name) });
+    let premultiplied = |name: &str| check(Files { movie_alpha: MovieAlpha::Premultiplied, ..to(name) });
     let said = premultiplied("a.mp4").unwrap_err();
     assert!(said.contains("H.264 keeps no alpha"), "{said}");
     assert!(premultiplied("a.mov").is_ok() && premultiplied("a.mkv").is_ok());

@@ -55,11 +55,7 @@ impl AssembleReport {
 /// # Errors
 /// When frames have to be written again (the message has the commands), another program wrote the job, its snapshot or the
 /// footage has changed, a file cannot be written, or the user stops.
-pub fn assemble(
-    folder: &Path,
-    shoot: Option<&Path>,
-    progress: &Progress,
-) -> Result<AssembleReport> {
+pub fn assemble(folder: &Path, shoot: Option<&Path>, progress: &Progress) -> Result<AssembleReport> {
     let (work, project) = Job::open(folder)?.export(folder, shoot)?;
     let frames = folder.join(FRAMES);
     let flawed = flawed_frames(&project, &work.settings, &frames, progress)?;
@@ -70,9 +66,7 @@ pub fn assemble(
         frames: work.frames.1 - work.frames.0 + 1,
         output: None,
         hand_over: Vec::new(),
-        again: (again.iter())
-            .map(|span| format!("afterlight farm-chunk {job} --frames {span}"))
-            .collect(),
+        again: (again.iter()).map(|span| format!("afterlight farm-chunk {job} --frames {span}")).collect(),
         flawed,
         worker_seconds: chunks.iter().map(|chunk| chunk.seconds).sum(),
         frame_bytes: frame_bytes(&work.settings.files, work.frames, folder),
@@ -90,8 +84,8 @@ pub fn assemble(
 }
 
 fn save(report: &AssembleReport, folder: &Path) -> Result<()> {
-    let text = serde_json::to_string_pretty(report)
-        .map_err(|e| Error::bug(format!("cannot write the job's report: {e}")))?;
+    let text =
+        serde_json::to_string_pretty(report).map_err(|e| Error::bug(format!("cannot write the job's report: {e}")))?;
     write_beside(&folder.join("report.json"), |out| out.write_all(text.as_bytes()))
 }
 
@@ -119,12 +113,7 @@ fn refusal(report: &AssembleReport, job: &str) -> Error {
     let commands: Vec<&str> = (report.again.iter().take(NAMED).map(String::as_str)).collect();
     let more = if report.again.len() > NAMED { " … (full list in report.json)" } else { "" };
     Error::invalid(
-        format!(
-            "{} of {} frames have to be written again: {}",
-            report.flawed.len(),
-            report.frames,
-            kinds.join("; ")
-        ),
+        format!("{} of {} frames have to be written again: {}", report.flawed.len(), report.frames, kinds.join("; ")),
         format!("Run {}{more}, then afterlight farm-assemble {job}", commands.join("; ")),
     )
 }

@@ -61,8 +61,8 @@ pub fn run_chunk(
         work.settings.device = device;
     }
     if let (Some(print), Picture::Movie { file, .. }) = (&work.movie, project.frame_picture(0)) {
-        let now = footage_print(&file)
-            .map_err(|e| Error::io("read", &file, e, "Check that the worker sees the footage"))?;
+        let now =
+            footage_print(&file).map_err(|e| Error::io("read", &file, e, "Check that the worker sees the footage"))?;
         if now != *print {
             return Err(Error::invalid(
                 format!("{} is not the movie of this job", file.display()),
@@ -132,9 +132,7 @@ fn lock(folder: &Path, frames: (usize, usize), progress: &Progress) -> Result<Op
             Err(TryLockError::WouldBlock) => {
                 if !is_told {
                     let (first, last) = frames;
-                    progress.say(format!(
-                        "Another worker has frames {first} to {last}: waiting for its end"
-                    ));
+                    progress.say(format!("Another worker has frames {first} to {last}: waiting for its end"));
                     is_told = true;
                 }
                 progress.check("no frame was started")?;

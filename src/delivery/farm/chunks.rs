@@ -94,9 +94,7 @@ mod tests {
             assert_eq!(span.within(last), within, "{text}");
         }
         let most = usize::MAX;
-        for (text, within) in
-            [(format!("1-{most}"), (1, most)), (format!("{most}+{most}"), (most, 7))]
-        {
+        for (text, within) in [(format!("1-{most}"), (1, most)), (format!("{most}+{most}"), (most, 7))] {
             let span: FrameSpan = text.parse().unwrap();
             assert_eq!((span.to_string(), span.within(7)), (text, within));
         }

@@ -101,8 +101,7 @@ impl Job {
     /// # Errors
     /// When it cannot be written.
     pub(crate) fn save(&self, folder: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::bug(format!("cannot write the job: {e}")))?;
+        let text = serde_json::to_string_pretty(self).map_err(|e| Error::bug(format!("cannot write the job: {e}")))?;
         write_beside(&folder.join(NAME), |out| out.write_all(text.as_bytes()))
     }
 
@@ -113,8 +112,7 @@ impl Job {
     pub fn open(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
-            let remedy =
-                "Give the folder of a completely written job: afterlight farm PROJECT --to DIR";
+            let remedy = "Give the folder of a completely written job: afterlight farm PROJECT --to DIR";
             Error::io("open", &path, e, remedy)
         })?;
         let broken = |e: serde_json::Error| Error::codec("read", &path, e, REMEDY);
@@ -135,11 +133,7 @@ impl Job {
     ///
     /// # Errors
     /// When the job is a training, or files cannot be read.
-    pub(crate) fn export(
-        self,
-        folder: &Path,
-        shoot: Option<&Path>,
-    ) -> Result<(RelightWork, Project)> {
+    pub(crate) fn export(self, folder: &Path, shoot: Option<&Path>) -> Result<(RelightWork, Project)> {
         let Work::Relight(mut work) = self.work else {
             return Err(Error::invalid(
                 format!("{} trains networks and has no frames", folder.display()),
@@ -160,8 +154,8 @@ impl Job {
         check_files(&work.settings.files, 1).map_err(|e| e.within(&folder.join(NAME)))?;
         let mut project = Project::open(&folder.join(SNAPSHOT))?;
         if let Some(shoot) = shoot {
-            project.settings.shoot.folder = std::path::absolute(shoot)
-                .map_err(|e| Error::io("open", shoot, e, "Check the footage's folder"))?;
+            project.settings.shoot.folder =
+                std::path::absolute(shoot).map_err(|e| Error::io("open", shoot, e, "Check the footage's folder"))?;
             project.choose_layer();
         }
         project.check_shoot()?;
@@ -203,8 +197,7 @@ impl PinnedFile {
     /// When the file cannot be read.
     pub(crate) fn new(folder: &Path, name: PathBuf) -> Result<Self> {
         let path = folder.join(&name);
-        let (bytes, sha256) =
-            hash_file(&path).map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
+        let (bytes, sha256) = hash_file(&path).map_err(|e| Error::io("read", &path, e, "Write the job again"))?;
         Ok(Self { name, bytes, sha256 })
     }
 
@@ -214,11 +207,6 @@ impl PinnedFile {
         if found == (self.bytes, self.sha256.clone()) {
             return Ok(());
         }
-        Err(Error::codec(
-            "read",
-            &path,
-            "changed since the job was written (hash mismatch)",
-            REMEDY,
-        ))
+        Err(Error::codec("read", &path, "changed since the job was written (hash mismatch)", REMEDY))
     }
 }

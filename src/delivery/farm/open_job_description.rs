@@ -20,13 +20,7 @@ const LONGEST: usize = 100;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub(crate) fn write(
-    job: &Path,
-    name: &str,
-    program: &str,
-    farm: &FarmSettings,
-    work: &RelightWork,
-) -> Result<String> {
+pub(crate) fn write(job: &Path, name: &str, program: &str, farm: &FarmSettings, work: &RelightWork) -> Result<String> {
     let device = work.settings.device;
     let parameters = json!([
         program_parameter(program),
@@ -110,8 +104,8 @@ pub(crate) fn write_training(
 }
 
 fn save(job: &Path, template: &Value) -> Result<String> {
-    let text = serde_json::to_string_pretty(template)
-        .map_err(|e| Error::bug(format!("cannot write the template: {e}")))?;
+    let text =
+        serde_json::to_string_pretty(template).map_err(|e| Error::bug(format!("cannot write the template: {e}")))?;
     let path = job.join(NAME);
     write_beside(&path, |out| out.write_all(text.as_bytes()))?;
     Ok(format!("openjd run {}", quoted(&path.display().to_string())))

@@ -46,10 +46,7 @@ impl Program {
             return Ok(());
         }
         Err(Error::invalid(
-            format!(
-                "{} was written by Afterlight {wrote}, but this worker has {self}",
-                job.display()
-            ),
+            format!("{} was written by Afterlight {wrote}, but this worker has {self}", job.display()),
             "Install that build on the workers, or write the job again with this build: frames of two builds may differ",
         ))
     }
@@ -68,10 +65,8 @@ mod tests {
 
     #[test]
     fn another_program_is_refused_by_both_names() {
-        let [old, new] = [("0.1.0", 'a'), ("0.1.0", 'b')].map(|(version, digit)| Program {
-            version: version.to_owned(),
-            sha256: digit.to_string().repeat(64),
-        });
+        let [old, new] = [("0.1.0", 'a'), ("0.1.0", 'b')]
+            .map(|(version, digit)| Program { version: version.to_owned(), sha256: digit.to_string().repeat(64) });
         assert!(new.check(&new.clone(), Path::new("job")).is_ok());
         let said = new.check(&old, Path::new("job")).unwrap_err().to_string();
         let names = ["0.1.0 (build aaaaaaaaaaaa)", "0.1.0 (build bbbbbbbbbbbb)"];

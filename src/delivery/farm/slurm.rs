@@ -17,13 +17,7 @@ const ARRAY: usize = 1000;
 ///
 /// # Errors
 /// When a file cannot be written.
-pub(crate) fn write(
-    job: &Path,
-    name: &str,
-    program: &str,
-    farm: &FarmSettings,
-    work: &RelightWork,
-) -> Result<String> {
+pub(crate) fn write(job: &Path, name: &str, program: &str, farm: &FarmSettings, work: &RelightWork) -> Result<String> {
     let (first, last) = work.frames;
     let (size, device) = (work.chunk, work.settings.device);
     let chunk = format!(

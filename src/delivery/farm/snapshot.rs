@@ -61,18 +61,10 @@ pub(crate) fn copy_network(project: &Project, copy: &Project) -> Result<()> {
 ///
 /// # Errors
 /// When they cannot be written.
-pub(crate) fn link_mattes(
-    project: &Project,
-    copy: &Project,
-    mattes: impl Iterator<Item = Matte>,
-) -> Result<()> {
+pub(crate) fn link_mattes(project: &Project, copy: &Project, mattes: impl Iterator<Item = Matte>) -> Result<()> {
     for matte in mattes {
-        let Matte::Grey(Picture::File(file)) = matte else {
-            continue;
-        };
-        let Ok(inside) = file.strip_prefix(&project.root) else {
-            continue;
-        };
+        let Matte::Grey(Picture::File(file)) = matte else { continue };
+        let Ok(inside) = file.strip_prefix(&project.root) else { continue };
         // A shoot's folder may lie within the project's.
         if !inside.starts_with("mattes") || !file.is_file() {
             continue;
@@ -119,8 +111,7 @@ pub(crate) fn take(
     let end = project.settings.shoot.frames.len();
     let frames = first.saturating_sub(STAND_IN_REACH)..(last + 1 + STAND_IN_REACH).min(end);
     let poses = 0..project.settings.shoot.poses.len();
-    let mattes = (frames.map(|frame| project.frame_matte(frame)))
-        .chain(poses.map(|pose| project.exemplar_matte(pose)));
+    let mattes = (frames.map(|frame| project.frame_matte(frame))).chain(poses.map(|pose| project.exemplar_matte(pose)));
     link_mattes(project, &copy, mattes)?;
     Ok((copy, kept))
 }
@@ -173,8 +164,8 @@ pub(crate) fn pin(job: &Path) -> Result<Vec<PinnedFile>> {
 }
 
 pub(crate) fn copy_file(from: &Path, to: &Path) -> Result<()> {
-    let mut file = base::files::open(from)
-        .map_err(|e| Error::io("open", from, e, "Make it first, or check that it exists"))?;
+    let mut file =
+        base::files::open(from).map_err(|e| Error::io("open", from, e, "Make it first, or check that it exists"))?;
     write_beside(to, |out| std::io::copy(&mut file, out).map(drop))
 }
 

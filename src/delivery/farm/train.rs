@@ -26,11 +26,7 @@ pub struct Training {
 ///
 /// # Errors
 /// When a project is not calibrated, a network shape is invalid, the job's folder is not empty, or files cannot be written.
-pub fn write_training(
-    projects: &[Project],
-    trainings: &[Training],
-    farm: &FarmSettings,
-) -> Result<JobReport> {
+pub fn write_training(projects: &[Project], trainings: &[Training], farm: &FarmSettings) -> Result<JobReport> {
     for project in projects {
         project.check_shoot()?;
         Calibration::load(project).map_err(|e| e.within(&project.root))?;
@@ -44,12 +40,7 @@ pub fn write_training(
 }
 
 /// Writes the job into its folder.
-fn fill(
-    job: &Path,
-    projects: &[Project],
-    trainings: &[Training],
-    farm: &FarmSettings,
-) -> Result<JobReport> {
+fn fill(job: &Path, projects: &[Project], trainings: &[Training], farm: &FarmSettings) -> Result<JobReport> {
     let mut tasks = Vec::with_capacity(projects.len() * trainings.len());
     for project in projects {
         for training in trainings {
@@ -60,9 +51,7 @@ fn fill(
     let name = format!("training {}", names.join(", "));
     let program = program(farm)?;
     let submit = match farm.engine {
-        Engine::OpenJobDescription => {
-            open_job_description::write_training(job, &name, &program, farm, &tasks)?
-        }
+        Engine::OpenJobDescription => open_job_description::write_training(job, &name, &program, farm, &tasks)?,
         Engine::Slurm => slurm::write_training(job, &name, &program, farm, &tasks)?,
     };
     let count = tasks.len();
@@ -81,12 +70,7 @@ fn fill(
 }
 
 /// Copies a project for the task `number`.
-fn write_task(
-    project: &Project,
-    training: &Training,
-    job: &Path,
-    number: usize,
-) -> Result<TrainTask> {
+fn write_task(project: &Project, training: &Training, job: &Path, number: usize) -> Result<TrainTask> {
     let name = match &*training.name {
         "" => project.settings.name.clone(),
         what => format!("{} {what}", project.settings.name),
@@ -106,8 +90,7 @@ fn write_task(
     // A fresh training has no earlier state; progress of a lost worker is continued.
     settings.fresh = false;
     if let Some(features) = &mut settings.config.features {
-        *features = std::path::absolute(&*features)
-            .map_err(|e| Error::io("open", &*features, e, "Check the path"))?;
+        *features = std::path::absolute(&*features).map_err(|e| Error::io("open", &*features, e, "Check the path"))?;
     }
     Ok(TrainTask {
         name,

@@ -45,9 +45,7 @@ impl JobReport {
             None if self.tasks == 1 => "1 training".to_owned(),
             None => format!("{} trainings", self.tasks),
         };
-        let rate = self
-            .ms_per_frame
-            .map_or(String::new(), |ms| format!(" (a frame takes {ms:.0} ms here)"));
+        let rate = self.ms_per_frame.map_or(String::new(), |ms| format!(" (a frame takes {ms:.0} ms here)"));
         format!(
             "The job for {} is in {}: {what}{rate}. Submit it: {}",
             self.engine.name(),
@@ -99,19 +97,17 @@ fn fill(
     let frames = last - first + 1;
     let (copy, environment) = snapshot::take(project, &mut settings, job, progress)?;
     let movie = match copy.frame_picture(first) {
-        Picture::Movie { file, .. } if file.is_file() => Some(
-            footage_print(&file)
-                .map_err(|e| Error::io("read", &file, e, "Check that the movie exists"))?,
-        ),
+        Picture::Movie { file, .. } if file.is_file() => {
+            Some(footage_print(&file).map_err(|e| Error::io("read", &file, e, "Check that the movie exists"))?)
+        }
         _ => None,
     };
     let depends = settings.goes_from_frame_to_frame();
     let (chunk, ms_per_frame) = match chunks.chunk {
         // Each frame depends on the one before it: every chunk would have to start at the first frame.
         _ if depends => {
-            progress.say(
-                "Each frame depends on the one before it (--smoothing, --field compressed): the job is one chunk",
-            );
+            progress
+                .say("Each frame depends on the one before it (--smoothing, --field compressed): the job is one chunk");
             (frames, None)
         }
         Some(chunk) => (chunk.min(frames), None),
@@ -121,14 +117,11 @@ fn fill(
         }
     };
     let output = settings.files.to.clone();
-    let work =
-        RelightWork { frames: (first, last), chunk, ms_per_frame, environment, movie, settings };
+    let work = RelightWork { frames: (first, last), chunk, ms_per_frame, environment, movie, settings };
     let program = program(farm)?;
     let name = &project.settings.name;
     let submit = match farm.engine {
-        Engine::OpenJobDescription => {
-            open_job_description::write(job, name, &program, farm, &work)?
-        }
+        Engine::OpenJobDescription => open_job_description::write(job, name, &program, farm, &work)?,
         Engine::Slurm => slurm::write(job, name, &program, farm, &work)?,
     };
     let pinned = snapshot::pin(job)?;
@@ -201,8 +194,7 @@ pub(crate) fn clear(job: &Path) {
     for entry in std::fs::read_dir(job).into_iter().flatten().flatten() {
         let path = entry.path();
         // The next attempt reports files that cannot be removed.
-        let _ =
-            if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
+        let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
 }
 
@@ -221,12 +213,7 @@ pub(crate) fn program(farm: &FarmSettings) -> Result<String> {
 }
 
 /// Measured milliseconds per frame over the first frames, from the plate to the file.
-fn rate(
-    copy: &Project,
-    settings: &RelightSettings,
-    job: &Path,
-    progress: &Progress,
-) -> Result<f64> {
+fn rate(copy: &Project, settings: &RelightSettings, job: &Path, progress: &Progress) -> Result<f64> {
     progress.say("Relighting the first frames, to size the chunks");
     let (first, last) = frame_range(copy, settings.frames)?;
     let tried = job.join("tried");

@@ -90,18 +90,14 @@ pub fn check(media: &Media, (first, last): (i64, i64), place: LayerFiles) -> Res
     }
     if first < 0 || last > MOST_FRAMES {
         return Err(Error::invalid(
-            format!(
-                "Blender counts frames from 0 to {MOST_FRAMES}, but the files have the numbers {first} to {last}"
-            ),
+            format!("Blender counts frames from 0 to {MOST_FRAMES}, but the files have the numbers {first} to {last}"),
             (
                 "Choose another first number, export a part of the interview, or do not hand over to Blender",
                 "--first-number or --frames, or leave blender out of --hand-over",
             ),
         ));
     }
-    let Media::Stills(stills) = media else {
-        return Ok(());
-    };
+    let Media::Stills(stills) = media else { return Ok(()) };
     let files = match place {
         LayerFiles::Files => {
             let layer = export::beside(Path::new(&stills.name(last)), "light_00");
@@ -124,9 +120,7 @@ pub fn check(media: &Media, (first, last): (i64, i64), place: LayerFiles) -> Res
 
 /// Script of a shot, to be stored beside its files.
 pub fn script(shot: &Shot) -> String {
-    let (Some(layers), Some(light), Media::Stills(stills)) =
-        (&shot.layers, &shot.light, &shot.media)
-    else {
+    let (Some(layers), Some(light), Media::Stills(stills)) = (&shot.layers, &shot.light, &shot.media) else {
         return SCRIPT.to_owned();
     };
     let numbers = Numbers::new(shot, layers, light, stills);
@@ -248,17 +242,10 @@ mod tests {
     fn a_tilted_panorama_shows_what_ours_shows() {
         for (yaw, pitch, roll) in [(20.0, 35.0, 0.0), (-130.0, -10.0, 50.0), (0.0, 0.0, 80.0)] {
             let turn = turned(yaw, pitch, roll);
-            let frame = FrameLight {
-                yaw_deg: yaw,
-                turn,
-                strength: [1.0; 3],
-                lamps: vec![],
-                placed: vec![],
-            };
+            let frame = FrameLight { yaw_deg: yaw, turn, strength: [1.0; 3], lamps: vec![], placed: vec![] };
             let [x, y, z] = rotation(&frame);
             // Blender's Euler XYZ: X first.
-            let node =
-                Mat3::from_rotation_z(z) * Mat3::from_rotation_y(y) * Mat3::from_rotation_x(x);
+            let node = Mat3::from_rotation_z(z) * Mat3::from_rotation_y(y) * Mat3::from_rotation_x(x);
             for d in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, -0.64, 0.48)] {
                 let ours = light::latlong::uv_from_direction(turn.inverse() * d);
                 let v = node * in_blender(d);

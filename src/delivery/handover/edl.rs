@@ -20,9 +20,7 @@ pub fn check((frames, seconds): (i32, u32)) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "an EDL cannot count {rate:.3} frames per second, only integer and television rates from 1 to 100"
-        ),
+        format!("an EDL cannot count {rate:.3} frames per second, only integer and television rates from 1 to 100"),
         ("Hand over by OpenTimelineIO", "--hand-over otio, or leave edl out of it"),
     ))
 }
@@ -40,9 +38,7 @@ pub fn list(shot: &Shot) -> String {
         format!("TITLE: {}", title(&shot.name)),
         format!("FCM: {mode}"),
         String::new(),
-        format!(
-            "001  {reel:REEL$} {tracks:5} C        {source_in} {source_out} {record_in} {record_out}"
-        ),
+        format!("001  {reel:REEL$} {tracks:5} C        {source_in} {source_out} {record_in} {record_out}"),
         format!("* FROM CLIP NAME: {}", plain(&shot.name)),
         format!("* SOURCE FILE: {}", plain(&files(shot))),
     ];
@@ -160,9 +156,7 @@ mod tests {
     #[test]
     fn opentimelineio_reads_the_same_range_from_list_and_timeline_at_every_rate() {
         let modules = ["opentimelineio", "otio_cmx3600_adapter"];
-        let Some(python) = test_support::python(&modules) else {
-            return;
-        };
+        let Some(python) = test_support::python(&modules) else { return };
         for (rate, start, count) in [
             ((24, 1), "10:00:00:10", 5),
             ((24000, 1001), "23:59:59:00", 1),

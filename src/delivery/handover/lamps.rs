@@ -51,12 +51,7 @@ impl Layers {
     ///
     /// # Errors
     /// When a file cannot be read, or its layers do not match the lamps of the rig.
-    pub fn read(
-        stills: &Stills,
-        (first, last): (i64, i64),
-        rig: &Rig,
-        progress: &Progress,
-    ) -> Result<Self> {
+    pub fn read(stills: &Stills, (first, last): (i64, i64), rig: &Rig, progress: &Progress) -> Result<Self> {
         let listing = |frame| LayerListing::from_path(&stills.folder.join(stills.name(frame)));
         let start = listing(first)?;
         let mut weights: Vec<Vec<[f32; 3]>> = vec![Vec::new(); rig.lamps.len()];
@@ -81,16 +76,12 @@ impl Layers {
             }
             if let Some(found) = found.rest {
                 with_rest += 1;
-                rest.get_or_insert_with(|| Rest {
-                    files: found.file.map(|file| stills.like(&file, frame)),
-                });
+                rest.get_or_insert_with(|| Rest { files: found.file.map(|file| stills.like(&file, frame)) });
             }
         }
         let frames = (last - first + 1) as usize;
         if with_rest > 0 && with_rest < frames {
-            progress.say(format!(
-                "{with_rest} of {frames} frames have a layer rest; in the others it counts as black"
-            ));
+            progress.say(format!("{with_rest} of {frames} frames have a layer rest; in the others it counts as black"));
         }
         let light = |(lamp, weights): (&light::Lamp, &Vec<[f32; 3]>)| {
             let sum = |c: usize| weights.iter().map(|w| w[c]).sum::<f32>() * lamp.energy[c];

@@ -26,11 +26,7 @@ use std::path::PathBuf;
 ///
 /// # Errors
 /// As [`export::relight::relight`], and when a program cannot open such a shot: this is checked before anything is relit.
-pub fn relight(
-    project: &Project,
-    settings: &RelightSettings,
-    progress: &Progress,
-) -> Result<RelightReport> {
+pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progress) -> Result<RelightReport> {
     check(project, settings)?;
     let mut report = export::relight::relight(project, settings, progress)?;
     report.hand_over = hand_over(project, settings, &report.output, progress)?;
@@ -42,25 +38,18 @@ pub fn relight(
 /// # Errors
 /// When one does not fit; the message names the program and the reason.
 pub fn check(project: &Project, settings: &RelightSettings) -> Result<()> {
-    let Some(first_asked) = settings.hand_over.first() else {
-        return Ok(());
-    };
+    let Some(first_asked) = settings.hand_over.first() else { return Ok(()) };
     let files = &settings.files;
     if let Some(program) = (settings.hand_over.iter()).find(|p| p.needs_layers() && !files.layers) {
         return Err(Error::invalid(
-            format!(
-                "a hand-over to {} needs light layers, but {} has none",
-                program.name(),
-                files.to
-            ),
+            format!("a hand-over to {} needs light layers, but {} has none", program.name(), files.to),
             (
                 "Add light layers and write an EXR, such as shot.%04d.exr",
                 format!("--layers, or leave {} out of --hand-over", program.name().to_lowercase()),
             ),
         ));
     }
-    if settings.hand_over.iter().any(|p| p.needs_layers()) && files.exr.layers_by == LayersBy::Light
-    {
+    if settings.hand_over.iter().any(|p| p.needs_layers()) && files.exr.layers_by == LayersBy::Light {
         return Err(Error::invalid(
             "Nuke and Blender scripts need a light layer for each lamp, but there is one for each light",
             ("Choose light layers by lamp", "--layers-by lamp"),

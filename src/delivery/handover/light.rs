@@ -5,9 +5,7 @@ use base::files::write_beside;
 use base::progress::Progress;
 use compositor::Levels;
 use export::relight::{RelightSettings, lamps_named};
-use exr::prelude::{
-    Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage,
-};
+use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use glam::{Quat, Vec3};
 use light::EnvironmentWeights;
 use light::conventions::Front;
@@ -94,8 +92,7 @@ impl Light {
         let shining: Vec<usize> = (0..placed.len()).filter(shines).collect();
         let frame = |frame| {
             let share = (frame - first) as f32 / (last - first + 1) as f32;
-            let Scene { yaw_deg, lighting, exposure_stops, .. } =
-                settings.scene(frame, share, front, Output::Linear);
+            let Scene { yaw_deg, lighting, exposure_stops, .. } = settings.scene(frame, share, front, Output::Linear);
             let exposure = exposure_stops.exp2();
             let (weights, gains) = if solo.is_empty() {
                 let weights = lit.weights(&lighting, yaw_deg, levels.unit());
@@ -109,25 +106,18 @@ impl Light {
                 (even.iter().enumerate().map(on).collect(), [0.0; 3])
             };
             let level = levels.background * exposure;
-            let given = |(lamp, weight): (&light::Lamp, &[f32; 3])| {
-                std::array::from_fn(|c| lamp.energy[c] * weight[c] * level)
-            };
+            let given =
+                |(lamp, weight): (&light::Lamp, &[f32; 3])| std::array::from_fn(|c| lamp.energy[c] * weight[c] * level);
             FrameLight {
                 yaw_deg,
                 turn: lighting.turn(yaw_deg),
                 strength: gains.map(|gain| gain * level),
                 lamps: rig.lamps.iter().zip(&weights).map(given).collect(),
-                placed: (shining.iter())
-                    .map(|&i| PlacedLamp::new(&lighting.placed[i], &lighting, exposure))
-                    .collect(),
+                placed: (shining.iter()).map(|&i| PlacedLamp::new(&lighting.placed[i], &lighting, exposure)).collect(),
             }
         };
         let frames = (first..=last).map(frame).collect();
-        Ok(Self {
-            environment,
-            frames,
-            placed: shining.iter().map(|&i| placed[i].title(i)).collect(),
-        })
+        Ok(Self { environment, frames, placed: shining.iter().map(|&i| placed[i].title(i)).collect() })
     }
 
     /// Writes the panorama as an EXR: half floats, or 32-bit floats if it exceeds their range.
@@ -163,8 +153,7 @@ impl PlacedLamp {
                 Kind::Point => 0.0,
                 Kind::Disc | Kind::Area => 2.0 * light.radius_deg,
             },
-            light: (lighting.with_group_gain(light).energy())
-                .map(|energy| energy as f32 * exposure),
+            light: (lighting.with_group_gain(light).energy()).map(|energy| energy as f32 * exposure),
         }
     }
 }
@@ -191,8 +180,7 @@ pub mod tests {
     /// Settings for frames 10 to 14: a moving light, one that is off, and a fixed point light. The exposure
     /// rises by a stop per frame.
     pub fn moving() -> RelightSettings {
-        let group =
-            LightGroup { name: "Left".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
+        let group = LightGroup { name: "Left".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
         let moves = PlacedLight { id: 1, group: group.name.clone(), ..PlacedLight::default() };
         let off = PlacedLight { id: 2, enabled: false, ..PlacedLight::default() };
         let stays = PlacedLight {
@@ -223,11 +211,7 @@ pub mod tests {
             environment_layer: None,
             look: Look {
                 yaw_deg: 30.0,
-                lighting: Lighting {
-                    placed: vec![moves, off, stays],
-                    groups: vec![group],
-                    ..Lighting::default()
-                },
+                lighting: Lighting { placed: vec![moves, off, stays], groups: vec![group], ..Lighting::default() },
                 animation,
                 ..Look::default()
             },
@@ -244,10 +228,8 @@ pub mod tests {
 
     /// Light of frames 10 to 14 with lamps on all six sides.
     fn under(settings: &RelightSettings) -> Light {
-        let lamp = |direction: Vec3| Lamp {
-            energy: [1.0, 2.0, 0.5],
-            ..Lamp::new(format!("lamp {direction}"), direction)
-        };
+        let lamp =
+            |direction: Vec3| Lamp { energy: [1.0, 2.0, 0.5], ..Lamp::new(format!("lamp {direction}"), direction) };
         let sides = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
         let rig = Rig { lamps: sides.map(lamp).collect() };
         let radiance = imaging::Image::from_fn(256, 128, |x, _| [0.5, 0.6, 0.002 * x as f32]);

@@ -30,9 +30,8 @@ impl Media {
     /// # Errors
     /// When the frame number is in a folder's name.
     pub fn new(to: &Destination, program: &str) -> Result<Self> {
-        let absolute = |path: &Path| {
-            std::path::absolute(path).map_err(|e| Error::io("find", path, e, "Give a full path"))
-        };
+        let absolute =
+            |path: &Path| std::path::absolute(path).map_err(|e| Error::io("find", path, e, "Give a full path"));
         let (before, digits, after) = match to {
             Destination::Clip(path) => return Ok(Self::Movie(absolute(path)?)),
             Destination::Stills(stills) => stills.parts(),
@@ -66,9 +65,7 @@ impl Media {
         let name = match self {
             Self::Movie(path) => path.file_stem().map(|s| s.to_string_lossy().into_owned()),
             Self::Stills(stills) if stills.digits.is_some() => Some(stills.before.clone()),
-            Self::Stills(stills) => {
-                Path::new(&stills.before).file_stem().map(|s| s.to_string_lossy().into_owned())
-            }
+            Self::Stills(stills) => Path::new(&stills.before).file_stem().map(|s| s.to_string_lossy().into_owned()),
         };
         let name = name.unwrap_or_default();
         match name.trim_end_matches(['.', '_', '-', ' ']) {

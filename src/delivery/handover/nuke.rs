@@ -204,10 +204,7 @@ impl Script {
                 ("inputs", "2"),
                 ("operation", "difference"),
                 ("name", "Difference"),
-                (
-                    "label",
-                    "\"must be black: half floats round by\\n1/1024 of the brightest value at most\"",
-                ),
+                ("label", "\"must be black: half floats round by\\n1/1024 of the brightest value at most\""),
             ],
             (column, Row::Difference),
         );
@@ -229,19 +226,12 @@ impl Script {
         let name = group.name();
         self.node(
             "Multiply",
-            &[
-                ("channels", "rgb"),
-                ("value", "1"),
-                ("name", name),
-                ("label", "\"all of its lamps\""),
-            ],
+            &[("channels", "rgb"), ("value", "1"), ("name", name), ("label", "\"all of its lamps\"")],
             (self.columns - 1, Row::Group),
         );
         let (x, y) = (start * STEP.0 - 20, Row::Layer as i64 * STEP.1 - 50);
-        let (width, height) = (
-            (self.columns - start) * STEP.0 + 20,
-            (Row::Group as i64 - Row::Layer as i64) * STEP.1 + 100,
-        );
+        let (width, height) =
+            ((self.columns - start) * STEP.0 + 20, (Row::Group as i64 - Row::Layer as i64) * STEP.1 + 100);
         let color = match group {
             Group::Key => "0x7a6a3aff",
             Group::Fill => "0x3a5a7aff",
@@ -282,15 +272,7 @@ impl Script {
     }
 
     /// One layer as rgb, from the pictures' files or from its own.
-    fn layer(
-        &mut self,
-        shot: &Shot,
-        layers: &Layers,
-        files: Option<&Stills>,
-        layer: &str,
-        label: &str,
-        column: i64,
-    ) {
+    fn layer(&mut self, shot: &Shot, layers: &Layers, files: Option<&Stills>, layer: &str, label: &str, column: i64) {
         let input = match files {
             Some(files) => {
                 self.read(shot, layers, files, &format!("Read_{layer}"), column);
@@ -315,11 +297,7 @@ impl Script {
 
     /// Adds the two pictures on top of the stack.
     fn add(&mut self, name: &str, column: i64, row: Row) {
-        self.node(
-            "Merge2",
-            &[("inputs", "2"), ("operation", "plus"), ("name", name)],
-            (column, row),
-        );
+        self.node("Merge2", &[("inputs", "2"), ("operation", "plus"), ("name", name)], (column, row));
     }
 }
 

@@ -14,18 +14,13 @@ use std::path::Path;
 /// When the first of several padded numbers is below 0.
 pub fn check(media: &Media, (first, _): (i64, i64)) -> Result<()> {
     match media {
-        Media::Stills(stills) if first < 0 && stills.digits.is_some_and(|digits| digits > 1) => {
-            Err(Error::invalid(
-                format!(
-                    "OpenTimelineIO does not find files with a padded number below 0, such as {}",
-                    stills.name(first)
-                ),
-                (
-                    "Number the files from 0 or above, or do not hand over to OTIO",
-                    "--first-number 0, or leave otio out of --hand-over",
-                ),
-            ))
-        }
+        Media::Stills(stills) if first < 0 && stills.digits.is_some_and(|digits| digits > 1) => Err(Error::invalid(
+            format!("OpenTimelineIO does not find files with a padded number below 0, such as {}", stills.name(first)),
+            (
+                "Number the files from 0 or above, or do not hand over to OTIO",
+                "--first-number 0, or leave otio out of --hand-over",
+            ),
+        )),
         _ => Ok(()),
     }
 }
@@ -173,10 +168,7 @@ mod tests {
         let clip = clip("/films/a b/é.%04d.exr");
         let range = &clip["source_range"];
         assert_eq!(range["start_time"]["value"], 10.0 * 3600.0 * 24.0 + 10.0);
-        assert_eq!(
-            range["duration"],
-            json!({ "OTIO_SCHEMA": "RationalTime.1", "rate": 24.0, "value": 5.0 })
-        );
+        assert_eq!(range["duration"], json!({ "OTIO_SCHEMA": "RationalTime.1", "rate": 24.0, "value": 5.0 }));
         let media = &clip["media_reference"];
         assert_eq!(media["target_url_base"], "file:///films/a%20b/");
         assert_eq!(media["name_prefix"], "%C3%A9.");

@@ -99,17 +99,9 @@ impl Shot {
 }
 
 /// Warns if the interview's movie has a variable frame rate: other programs count with a constant one.
-fn warn_of_uneven_times(
-    interview: &Interview,
-    (first, last): (usize, usize),
-    progress: &Progress,
-) -> Result<()> {
-    let Some(source) = &interview.source else {
-        return Ok(());
-    };
-    let movies::Source::Movie(movie) = &*movies::open(&source.file)? else {
-        return Ok(());
-    };
+fn warn_of_uneven_times(interview: &Interview, (first, last): (usize, usize), progress: &Progress) -> Result<()> {
+    let Some(source) = &interview.source else { return Ok(()) };
+    let movies::Source::Movie(movie) = &*movies::open(&source.file)? else { return Ok(()) };
     let from = source.first_frame as u64;
     let frames = (from + first as u64, from + last as u64);
     let drift = movie.drift(frames, interview.frame_rate)?;
@@ -168,19 +160,14 @@ pub mod tests {
         }
         let mut project = Project::without_shoot(folder.path());
         project.settings.shoot.frame_rate = 30.0;
-        project.settings.shoot.frames = project::Frames::Clip(project::Clip {
-            movie: "talk.mov".into(),
-            first: 0,
-            count: 70,
-            alpha: false,
-        });
+        project.settings.shoot.frames =
+            project::Frames::Clip(project::Clip { movie: "talk.mov".into(), first: 0, count: 70, alpha: false });
         let interview = Interview::from_project(&project).unwrap();
         let settings = RelightSettings { hand_over: vec![HandOver::Otio], ..moving() };
         for (output, reports) in [("quiet.mov", 1), ("loud.mov", 0)] {
             let output = Destination::parse(&at(output).display().to_string()).unwrap();
-            let (shot, said) = Progress::heard(|progress| {
-                Shot::new(&project, &settings, &interview, &output, progress).unwrap()
-            });
+            let (shot, said) =
+                Progress::heard(|progress| Shot::new(&project, &settings, &interview, &output, progress).unwrap());
             assert_eq!((shot.has_sound, shot.count()), (reports == 0, 70));
             assert_eq!(said.lines().count(), reports, "{said}");
         }

@@ -68,10 +68,7 @@ mod tests {
     #[test]
     fn only_what_changes_is_a_curve() {
         assert_eq!(animated(7, [0.5; 3].into_iter()), "0.5");
-        assert_eq!(
-            animated(4_320_000, [0.5, 1e-7].into_iter()),
-            "{curve x4320000 0.5 x4320001 0.0000001}"
-        );
+        assert_eq!(animated(4_320_000, [0.5, 1e-7].into_iter()), "{curve x4320000 0.5 x4320001 0.0000001}");
         assert_eq!(animated(0, [].into_iter()), "0");
     }
 }

@@ -33,17 +33,15 @@ pub fn answer(request: &str, mut say: impl FnMut(&str) -> Result<()>) -> Result<
         let _ = std::io::stdin().read(&mut [0]);
         std::process::exit(1);
     });
-    let compute =
-        ComputeDevice::untested(if request.gpu { DeviceChoice::Gpu } else { DeviceChoice::Cpu })
-            .map_err(|why| Error::device(why, "Figures of the CPU are beside this"))?;
+    let compute = ComputeDevice::untested(if request.gpu { DeviceChoice::Gpu } else { DeviceChoice::Cpu })
+        .map_err(|why| Error::device(why, "Figures of the CPU are beside this"))?;
     measure(&request, &compute, &mut |figure| {
         let figure = Figure {
             peak_bytes: memory::peak(),
             gpu_bytes: compute.gpu.as_ref().and_then(gpu::Gpu::taken_bytes),
             ..figure
         };
-        let line = serde_json::to_string(&figure)
-            .map_err(|e| Error::bug(format!("a figure is not JSON: {e}")))?;
+        let line = serde_json::to_string(&figure).map_err(|e| Error::bug(format!("a figure is not JSON: {e}")))?;
         say(&line)
     })
 }
@@ -68,9 +66,7 @@ fn measure(request: &Request, compute: &ComputeDevice, tell: Tell) -> Result<()>
             })
             .map(drop)
         }
-        Measure::Picture { preset, working, size } => {
-            pictures(preset, (working, size), seconds, compute, tell)
-        }
+        Measure::Picture { preset, working, size } => pictures(preset, (working, size), seconds, compute, tell),
     }
 }
 

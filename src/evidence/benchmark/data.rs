@@ -37,9 +37,7 @@ pub fn from_centre(size: usize, x: usize, y: usize) -> f32 {
 
 /// A subject in flat light, with texture.
 pub fn plate(size: usize) -> Image {
-    Image::from_fn(size, size, |x, y| {
-        [0.45, 0.32, 0.25].map(|v| v * (0.8 + 0.4 * noise(y * size + x)))
-    })
+    Image::from_fn(size, size, |x, y| [0.45, 0.32, 0.25].map(|v| v * (0.8 + 0.4 * noise(y * size + x))))
 }
 
 /// The same as a frame.

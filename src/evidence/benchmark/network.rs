@@ -17,13 +17,7 @@ const MOST: usize = 200;
 ///
 /// # Errors
 /// When the device fails, or the receiver of figures is gone.
-pub fn network(
-    preset: Preset,
-    size: usize,
-    seconds: f64,
-    compute: &ComputeDevice,
-    tell: Tell,
-) -> Result<()> {
+pub fn network(preset: Preset, size: usize, seconds: f64, compute: &ComputeDevice, tell: Tell) -> Result<()> {
     let config = preset.config();
     let network = config.network_of(size, LAMPS);
     let mut trainer = Trainer::on_noise(config, network, &compute.device)?;
@@ -33,21 +27,14 @@ pub fn network(
             Ok(())
         })
     };
-    let predictor =
-        Predictor::new(trainer.network().clone(), trainer.info().clone(), &compute.device);
+    let predictor = Predictor::new(trainer.network().clone(), trainer.info().clone(), &compute.device);
     predictions(&predictor, size, seconds / 2.0, compute, tell)?;
     drop(predictor);
     warm(STEP, seconds / 2.0, tell, || step(&mut trainer))
 }
 
 /// Times predictions. The network's output is complete, but stays on the device.
-fn predictions(
-    predictor: &Predictor,
-    size: usize,
-    seconds: f64,
-    compute: &ComputeDevice,
-    tell: Tell,
-) -> Result<()> {
+fn predictions(predictor: &Predictor, size: usize, seconds: f64, compute: &ComputeDevice, tell: Tell) -> Result<()> {
     let frame = data::frame(size);
     warm(PREDICTION, seconds, tell, || {
         compute.guarded(|| {
@@ -68,12 +55,7 @@ fn predictions(
 
 /// Times `work` for about `seconds` after its first run, which compiles kernels and allocates memory. Reports after the
 /// first run, after the second, and at the end.
-pub fn warm(
-    what: &str,
-    seconds: f64,
-    tell: Tell,
-    mut work: impl FnMut() -> Result<()>,
-) -> Result<()> {
+pub fn warm(what: &str, seconds: f64, tell: Tell, mut work: impl FnMut() -> Result<()>) -> Result<()> {
     let (first, ()) = timed(&mut work)?;
     let figure = |times: &[f64]| {
         let times = (!times.is_empty()).then(|| Spread::from_times(times.to_vec()));

@@ -53,13 +53,7 @@ pub type TellPass<'a> = &'a mut dyn FnMut(&PassTimes, f64) -> Result<()>;
 ///
 /// # Errors
 /// When the device fails, or its shaders cannot read a field of this size.
-pub fn passes(
-    size: usize,
-    lamps: usize,
-    compute: &ComputeDevice,
-    budget: Budget,
-    tell: TellPass,
-) -> Result<PassTable> {
+pub fn passes(size: usize, lamps: usize, compute: &ComputeDevice, budget: Budget, tell: TellPass) -> Result<PassTable> {
     let mut shoot = Shoot::new(size, lamps)?;
     let full = shoot.field.take().ok_or_else(|| Error::bug("there is no field"))?;
     let mut passes = Vec::new();
@@ -94,14 +88,9 @@ pub fn passes(
         for (index, pass) in Pass::ALL.into_iter().enumerate() {
             let report = &pictures[0][index];
             let fresh = passes.iter().all(|known: &PassTimes| known.name != report.name);
-            let Some(needs) = needs(pass).filter(|_| fresh && report.ran) else {
-                continue;
-            };
-            let timed = PassTimes {
-                name: report.name.clone(),
-                times: spread(&pictures, index),
-                copy_ms: copy_ms(&needs),
-            };
+            let Some(needs) = needs(pass).filter(|_| fresh && report.ran) else { continue };
+            let timed =
+                PassTimes { name: report.name.clone(), times: spread(&pictures, index), copy_ms: copy_ms(&needs) };
             tell(&timed, copied_per_second)?;
             passes.push(timed);
         }
@@ -299,8 +288,7 @@ impl Shoot {
     fn steady(&self, field: &Field) -> Result<Steady> {
         let first = Scene { frame: 0, ..scenes().remove(0) };
         let steady = compose(&first, &self.ingredients(field))?.steady;
-        let mut steady =
-            steady.ok_or_else(|| Error::bug("a scene with smoothing hands on nothing"))?;
+        let mut steady = steady.ok_or_else(|| Error::bug("a scene with smoothing hands on nothing"))?;
         // As if that frame's light had been held back.
         steady.gain = [1.04; 3];
         Ok(steady)

@@ -5,9 +5,7 @@ use super::names::PICTURES;
 use super::network::warm;
 use super::{LAMPS, data};
 use base::error::{Error, Result};
-use compositor::{
-    EnvironmentLight, Extra, Field, FieldEncoder, Identity, Ingredients, Plate, PlateSquare, Series,
-};
+use compositor::{EnvironmentLight, Extra, Field, FieldEncoder, Identity, Ingredients, Plate, PlateSquare, Series};
 use gpu::ComputeDevice;
 use light::built_in;
 use reflectance::checkpoint::CheckpointInfo;
@@ -66,11 +64,7 @@ pub fn pictures(
 }
 
 impl<'a> Studio<'a> {
-    fn new(
-        preset: Preset,
-        (working, size): (usize, usize),
-        compute: &'a ComputeDevice,
-    ) -> Result<Self> {
+    fn new(preset: Preset, (working, size): (usize, usize), compute: &'a ComputeDevice) -> Result<Self> {
         let network = preset.config().network_of(working, LAMPS);
         network.check()?;
         let info = CheckpointInfo {
@@ -83,8 +77,7 @@ impl<'a> Studio<'a> {
         };
         let frame = data::frame(working);
         let square = PlateSquare { x: 0.0, y: 0.0, side: size as f32 };
-        let plate = (size != working)
-            .then(|| Plate::new(data::plate(size), data::matte(size), square, &frame.mask));
+        let plate = (size != working).then(|| Plate::new(data::plate(size), data::matte(size), square, &frame.mask));
         Ok(Self {
             compute,
             predictor: Predictor::new(network.init(0.4, &compute.device), info, &compute.device),
@@ -108,9 +101,8 @@ impl<'a> Studio<'a> {
     /// reuses nothing of the previous one.
     fn picture(&mut self, field: &Field, fresh: bool, shown: bool) -> Result<()> {
         self.turns += 1;
-        let environment = built_in::named("courtyard")
-            .ok_or_else(|| Error::bug("a built-in environment is gone"))?
-            .environment();
+        let environment =
+            built_in::named("courtyard").ok_or_else(|| Error::bug("a built-in environment is gone"))?.environment();
         let scene = Scene {
             yaw_deg: TURN_DEG * self.turns as f32,
             background: Background::Environment,
@@ -119,15 +111,11 @@ impl<'a> Studio<'a> {
         };
         let rig = data::rig();
         let mask = &self.frame.mask;
-        let (light, _) =
-            EnvironmentLight::update(&mut self.light, &environment, &rig, &scene, (field, mask))?;
+        let (light, _) = EnvironmentLight::update(&mut self.light, &environment, &rig, &scene, (field, mask))?;
         let ingredients = Ingredients {
             extra: Extra {
                 plate: self.plate.as_ref(),
-                identity: Identity {
-                    frame: if fresh { self.turns as u64 } else { 0 },
-                    ..Identity::default()
-                },
+                identity: Identity { frame: if fresh { self.turns as u64 } else { 0 }, ..Identity::default() },
                 ..Extra::default()
             },
             ..light.on(field, mask)

@@ -45,9 +45,7 @@ pub fn plan(gpu: bool) -> Vec<Planned> {
         network(Paper, 512),
         picture(FastGpu, 512),
     ];
-    let on_both = order
-        .into_iter()
-        .flat_map(|measure| [true, false].map(|on_gpu| Planned { on_gpu, measure }));
+    let on_both = order.into_iter().flat_map(|measure| [true, false].map(|on_gpu| Planned { on_gpu, measure }));
     on_both.filter(|planned| if planned.on_gpu { gpu } else { !planned.for_gpus() }).collect()
 }
 
@@ -61,8 +59,7 @@ impl Planned {
     /// True if the process must find no cached kernels, or only those of another such process.
     pub fn starts_fresh(&self) -> bool {
         let first = Measure::Network { preset: Preset::Quick, size: FIRST_SIZE };
-        self.on_gpu
-            && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })
+        self.on_gpu && (self.measure == first || self.measure == Measure::FirstUse { size: FIRST_SIZE })
     }
 
     /// Share of the time in seconds, for dividing the budget. A GPU spends most of it on compiling and tuning kernels,
@@ -81,9 +78,7 @@ impl Planned {
                 }
             }
             (false, Measure::Network { preset, size }) => {
-                let adds = |preset: Preset, size| {
-                    preset.config().network_of(size, LAMPS).cost().multiply_adds as f64
-                };
+                let adds = |preset: Preset, size| preset.config().network_of(size, LAMPS).cost().multiply_adds as f64;
                 4.0 + 0.75 * adds(preset, size) / adds(Preset::Quick, FIRST_SIZE)
             }
             (false, Measure::FirstUse { .. }) => 2.0,
@@ -110,9 +105,7 @@ impl Measure {
     pub fn shape(&self) -> (Option<Preset>, Option<usize>) {
         match *self {
             Self::SelfTest => (None, None),
-            Self::Network { preset, size } | Self::Picture { preset, size, .. } => {
-                (Some(preset), Some(size))
-            }
+            Self::Network { preset, size } | Self::Picture { preset, size, .. } => (Some(preset), Some(size)),
             Self::FirstUse { size } => (Some(Preset::Quick), Some(size)),
             Self::Passes { size } => (None, Some(size)),
         }
@@ -159,9 +152,7 @@ impl Measure {
         match *self {
             Self::SelfTest | Self::FirstUse { .. } => None,
             Self::Network { preset, size } => {
-                let adds = |preset: Preset, size| {
-                    preset.config().network_of(size, LAMPS).cost().multiply_adds as f64
-                };
+                let adds = |preset: Preset, size| preset.config().network_of(size, LAMPS).cost().multiply_adds as f64;
                 let estimate = |what: &str| {
                     let known = |preset: Preset, size: usize| {
                         let found = median(measured, what, Some(preset), size)?;
@@ -175,9 +166,9 @@ impl Measure {
                 Some(vec![estimate(STEP)?, estimate(PREDICTION)?])
             }
             Self::Passes { size } => {
-                let smaller = measured.iter().filter(|row| {
-                    row.size == Some(size / 2) && row.copy_ms.is_some() && row.network.is_none()
-                });
+                let smaller = measured
+                    .iter()
+                    .filter(|row| row.size == Some(size / 2) && row.copy_ms.is_some() && row.network.is_none());
                 let whole: Vec<f64> = smaller.filter_map(|row| row.median_ms).collect();
                 // Rows with four times as many bytes.
                 (!whole.is_empty()).then(|| vec![4.0 * whole.iter().sum::<f64>()])
@@ -189,11 +180,10 @@ impl Measure {
                 })?;
                 let area = ((size * size) as f64) / ((other * other) as f64);
                 let relit = |what| Some(area * median(measured, what, None, other)?);
-                let network =
-                    median(measured, PREDICTION, Some(preset), working).or_else(|| {
-                        let whole = median(measured, PICTURES[0], Some(preset), other)?;
-                        Some(whole - median(measured, PICTURES[1], Some(preset), other)?)
-                    })?;
+                let network = median(measured, PREDICTION, Some(preset), working).or_else(|| {
+                    let whole = median(measured, PICTURES[0], Some(preset), other)?;
+                    Some(whole - median(measured, PICTURES[1], Some(preset), other)?)
+                })?;
                 let (frame, turn) = (relit(PICTURES[1])?, relit(PICTURES[2])?);
                 Some(vec![network + frame, frame, turn])
             }
@@ -204,10 +194,8 @@ impl Measure {
 /// Median of a row; of any network if none is named.
 fn median(measured: &[Row], what: &str, preset: Option<Preset>, size: usize) -> Option<f64> {
     let name = preset.map(Preset::name);
-    let mut rows = measured.iter().filter(|row| {
-        row.what == what
-            && row.size == Some(size)
-            && (name.is_none() || row.network.as_deref() == name)
-    });
+    let mut rows = measured
+        .iter()
+        .filter(|row| row.what == what && row.size == Some(size) && (name.is_none() || row.network.as_deref() == name));
     rows.find_map(|row| row.median_ms)
 }

@@ -41,8 +41,7 @@ impl Measuring {
     /// # Errors
     /// When the process cannot be started.
     pub fn start(program: &Path, request: &Request, kernels: Option<&Path>) -> error::Result<Self> {
-        let request = serde_json::to_string(request)
-            .map_err(|e| Error::bug(format!("a request is not JSON: {e}")))?;
+        let request = serde_json::to_string(request).map_err(|e| Error::bug(format!("a request is not JSON: {e}")))?;
         let mut command = Command::new(program);
         command.args([OsString::from("device"), REQUEST.into(), request.into()]);
         if let Some(folder) = kernels {
@@ -75,12 +74,7 @@ impl Measuring {
     }
 
     /// Waits at most this long, then ends the process; `found` receives each figure as it arrives.
-    pub fn wait(
-        mut self,
-        most: Duration,
-        progress: &Progress,
-        mut found: impl FnMut(Figure),
-    ) -> Ended {
+    pub fn wait(mut self, most: Duration, progress: &Progress, mut found: impl FnMut(Figure)) -> Ended {
         let until = Instant::now() + most;
         let early = loop {
             match self.figures.recv_timeout(LOOK) {

@@ -85,9 +85,7 @@ impl MachineReport {
 impl Row {
     /// Adds the goal, if the row has one.
     pub fn with_goal(mut self) -> Self {
-        let Some(ms) = self.median_ms else {
-            return self;
-        };
+        let Some(ms) = self.median_ms else { return self };
         if self.what == PICTURES[0] && self.size == Some(GOAL_SIZE) {
             self.goal = Some(format!("at least {GOAL_PER_SECOND:.0} a second"));
             self.reached = Some(1e3 / ms >= GOAL_PER_SECOND);

@@ -17,18 +17,12 @@ impl DeviceReport {
 
     fn row(measure: &Measure, what: &str) -> Row {
         let (preset, size) = measure.shape();
-        Row {
-            what: what.to_owned(),
-            network: preset.map(|preset| preset.name().to_owned()),
-            size,
-            ..Row::default()
-        }
+        Row { what: what.to_owned(), network: preset.map(|preset| preset.name().to_owned()), size, ..Row::default() }
     }
 
     /// Adds a row or replaces the one of the same name; returns its index.
     fn put(&mut self, row: Row) -> usize {
-        let same =
-            |old: &Row| (&old.what, &old.network, old.size) == (&row.what, &row.network, row.size);
+        let same = |old: &Row| (&old.what, &old.network, old.size) == (&row.what, &row.network, row.size);
         let at = self.rows.iter().position(same).unwrap_or(self.rows.len());
         match self.rows.get_mut(at) {
             Some(old) => *old = row,
@@ -73,9 +67,8 @@ impl DeviceReport {
     pub fn leave_out(&mut self, measure: &Measure, predicted: Option<&[f64]>, why: &str) {
         for (i, what) in measure.rows().into_iter().enumerate() {
             let mut row = Self::row(measure, &what);
-            let known = self.rows.iter().find(|old| {
-                (&old.what, &old.network, old.size) == (&row.what, &row.network, row.size)
-            });
+            let known =
+                self.rows.iter().find(|old| (&old.what, &old.network, old.size) == (&row.what, &row.network, row.size));
             if let Some(known) = known {
                 if known.median_ms.is_some() || matches!(measure, Measure::FirstUse { .. }) {
                     continue;

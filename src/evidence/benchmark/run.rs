@@ -93,14 +93,7 @@ pub fn device(
             let remedy = "Check that the disk has room";
             Error::io("make", std::env::temp_dir(), e, remedy)
         })?,
-        report: MachineReport {
-            machine,
-            adapters,
-            minutes: settings.minutes,
-            seconds: 0.0,
-            stopped: false,
-            devices,
-        },
+        report: MachineReport { machine, adapters, minutes: settings.minutes, seconds: 0.0, stopped: false, devices },
     };
     // An unwritable file is reported before the measuring starts.
     run.save()?;
@@ -148,9 +141,7 @@ impl Run<'_> {
     fn save(&mut self) -> Result<()> {
         self.report.seconds = self.began.elapsed().as_secs_f64();
         (self.known)(&self.report);
-        let Some(path) = &self.settings.report else {
-            return Ok(());
-        };
+        let Some(path) = &self.settings.report else { return Ok(()) };
         let text = self.report.markdown();
         write_beside(path, |out| out.write_all(text.as_bytes()))
     }
@@ -210,10 +201,7 @@ impl Run<'_> {
         let why = match ended {
             Ended::Done => return Ok(()),
             Ended::Failed(why) => why,
-            Ended::Late => format!(
-                "it did not finish within the {:.0} s allowed; give it more minutes",
-                time.most
-            ),
+            Ended::Late => format!("it did not finish within the {:.0} s allowed; give it more minutes", time.most),
             Ended::Stopped => {
                 self.report.stopped = true;
                 STOPPED.to_owned()
@@ -235,9 +223,7 @@ fn unfit(measure: &Measure, predicted: Option<&[f64]>, allowed: f64) -> Option<S
     // The first run and one that counts.
     let least = predicted.map(|rows| 2e-3 * rows.iter().sum::<f64>());
     if let Some(least) = least.filter(|&least| least > allowed) {
-        return Some(format!(
-            "it would take about {least:.0} s of the {allowed:.0} s allowed; give it more minutes"
-        ));
+        return Some(format!("it would take about {least:.0} s of the {allowed:.0} s allowed; give it more minutes"));
     }
     if allowed <= 0.0 {
         return Some("the time was up; give it more minutes".to_owned());

@@ -44,12 +44,7 @@ fn steps(ms: f64) -> String {
 }
 
 const QUESTIONS: [Question; 9] = {
-    const fn ask(
-        what: &'static str,
-        size: usize,
-        words: &'static str,
-        amount: fn(f64) -> String,
-    ) -> Question {
+    const fn ask(what: &'static str, size: usize, words: &'static str, amount: fn(f64) -> String) -> Question {
         Question { what, preset: Preset::Quick, size, words, amount }
     }
     let [whole, _, turned] = PICTURES;
@@ -62,10 +57,7 @@ const QUESTIONS: [Question; 9] = {
         ask(STEP, 128, "ten minutes of training `quick`, 128 pixels", steps),
         ask(STEP, 256, "ten minutes of training `quick`, 256 pixels", steps),
         ask(STEP, 512, "ten minutes of training `quick`, 512 pixels", steps),
-        Question {
-            preset: Preset::Paper,
-            ..ask(STEP, 512, "ten minutes of training `paper`, 512 pixels", steps)
-        },
+        Question { preset: Preset::Paper, ..ask(STEP, 512, "ten minutes of training `paper`, 512 pixels", steps) },
     ]
 };
 
@@ -80,9 +72,7 @@ impl Question {
     }
 
     fn cell(&self, row: Option<&Row>) -> String {
-        let Some(row) = row else {
-            return "–".to_owned();
-        };
+        let Some(row) = row else { return "–".to_owned() };
         match (row.median_ms, row.predicted_ms) {
             (Some(ms), _) => (self.amount)(ms),
             (None, Some(ms)) => format!("about {}", (self.amount)(ms)),
@@ -117,9 +107,7 @@ impl MachineReport {
             text.push_str("The system offers no GPU: networks are trained and pictures are made on the CPU.\n\n");
             return;
         }
-        text.push_str(
-            "| adapter | kind | interface | driver | largest block, MB | read by a shader, MB |\n",
-        );
+        text.push_str("| adapter | kind | interface | driver | largest block, MB | read by a shader, MB |\n");
         text.push_str("|---|---|---|---|---:|---:|\n");
         for a in &self.adapters {
             let _ = writeln!(
@@ -135,9 +123,7 @@ impl MachineReport {
         }
         text.push('\n');
         if !self.adapters.iter().any(gpu::Adapter::is_hardware) {
-            text.push_str(
-                "No hardware GPU is among them: networks are trained and pictures are made on the CPU.\n\n",
-            );
+            text.push_str("No hardware GPU is among them: networks are trained and pictures are made on the CPU.\n\n");
         }
     }
 
@@ -187,11 +173,7 @@ impl DeviceReport {
             let _ = writeln!(text, "Self-test: {verdict}.\n");
         }
         if let Some(bytes) = self.copied_per_second {
-            let _ = writeln!(
-                text,
-                "Memory is copied at {:.1} GB/s, read and written both counted.\n",
-                bytes / 1e9
-            );
+            let _ = writeln!(text, "Memory is copied at {:.1} GB/s, read and written both counted.\n", bytes / 1e9);
         }
         self.networks(text);
         self.pictures(text);
@@ -201,11 +183,9 @@ impl DeviceReport {
 
     /// Rows named in `names`, by network and size.
     fn sorted(&self, names: &[&str]) -> Vec<&Row> {
-        let mut rows: Vec<&Row> =
-            (self.rows.iter()).filter(|row| names.contains(&row.what.as_str())).collect();
+        let mut rows: Vec<&Row> = (self.rows.iter()).filter(|row| names.contains(&row.what.as_str())).collect();
         rows.sort_by_key(|row| {
-            let preset =
-                Preset::ALL.iter().position(|preset| Some(preset.name()) == row.network.as_deref());
+            let preset = Preset::ALL.iter().position(|preset| Some(preset.name()) == row.network.as_deref());
             let name = names.iter().position(|name| *name == row.what);
             (preset, row.size, name)
         });
@@ -222,9 +202,7 @@ impl DeviceReport {
              | on the GPU, MB |\n|---|---:|---:|---:|---:|---:|---:|---:|\n",
         );
         for step in steps {
-            let same = |row: &&Row| {
-                row.what == PREDICTION && (&row.network, row.size) == (&step.network, step.size)
-            };
+            let same = |row: &&Row| row.what == PREDICTION && (&row.network, row.size) == (&step.network, step.size);
             let prediction = self.rows.iter().find(same);
             let many = step.median_ms.or(step.predicted_ms);
             let peak = prediction.and_then(|row| row.peak_bytes).max(step.peak_bytes);
@@ -268,8 +246,7 @@ impl DeviceReport {
                 row.network.as_deref().unwrap_or_default(),
                 row.size.unwrap_or_default(),
                 row.time(),
-                (row.median_ms.or(row.predicted_ms))
-                    .map_or("–".to_owned(), |ms| format!("{:.1}", 1e3 / ms)),
+                (row.median_ms.or(row.predicted_ms)).map_or("–".to_owned(), |ms| format!("{:.1}", 1e3 / ms)),
                 megabytes(row.peak_bytes),
                 megabytes(row.gpu_bytes),
                 row.aim()
@@ -286,7 +263,9 @@ impl DeviceReport {
         }
         // Sums of lamps first, then the passes in order.
         passes.sort_by_key(|row| (row.size, !row.is_sum()));
-        text.push_str("| pass | pixels | time, ms | copying, ms | times copying | aim |\n|---|---:|---:|---:|---:|---|\n");
+        text.push_str(
+            "| pass | pixels | time, ms | copying, ms | times copying | aim |\n|---|---:|---:|---:|---:|---|\n",
+        );
         for row in passes {
             let ratio = row.median_ms.zip(row.copy_ms).map(|(ms, copy)| ms / copy);
             let _ = writeln!(

@@ -95,8 +95,7 @@ fn the_important_comes_first_and_on_a_gpu_before_the_cpu() {
     assert!(place(true, quick) < place(false, quick));
     assert!(place(false, quick) < place(true, network(Preset::Paper, 512)));
     // The second start follows the first and finds its kernels; no other measure leaves any there.
-    let fresh: Vec<Measure> =
-        (planned.iter().filter(|p| p.starts_fresh())).map(|p| p.measure).collect();
+    let fresh: Vec<Measure> = (planned.iter().filter(|p| p.starts_fresh())).map(|p| p.measure).collect();
     assert_eq!(fresh, [quick, Measure::FirstUse { size: 128 }]);
 }
 
@@ -133,11 +132,7 @@ fn a_measure_that_is_late_keeps_what_it_had_timed() {
     assert_eq!(prediction.left_out.as_deref(), Some("it was late"));
 
     let passes = Measure::Passes { size: 512 };
-    let pass = Figure {
-        copy_ms: Some(1.0),
-        bytes_per_second: Some(1e11),
-        ..figure("relight", 0.0, Some(1.1))
-    };
+    let pass = Figure { copy_ms: Some(1.0), bytes_per_second: Some(1e11), ..figure("relight", 0.0, Some(1.1)) };
     device.found(&passes, false, pass);
     device.leave_out(&passes, None, "it was late");
     let last = device.rows.last().unwrap();
@@ -150,9 +145,7 @@ fn a_measure_that_is_late_keeps_what_it_had_timed() {
 fn the_first_use_of_kernels_is_told_for_both_starts() {
     let mut device = gpu();
     let network = Measure::Network { preset: Preset::Quick, size: 128 };
-    for (measure, fresh, first) in
-        [(network, true, 20_000.0), (Measure::FirstUse { size: 128 }, true, 500.0)]
-    {
+    for (measure, fresh, first) in [(network, true, 20_000.0), (Measure::FirstUse { size: 128 }, true, 500.0)] {
         device.found(&measure, fresh, figure(STEP, first, Some(10.0)));
         device.found(&measure, fresh, figure(PREDICTION, first / 2.0, Some(4.0)));
     }
@@ -237,8 +230,5 @@ fn the_table_names_what_was_left_out_once() {
     let text = report.markdown();
     assert_eq!(text.matches("it would take about 10 s").count(), 1, "{text}");
     assert!(text.contains("left out, about 5000") && text.contains("10.0 GB/s"), "{text}");
-    assert!(
-        text.contains("| ten minutes of training `paper`, 512 pixels | about 120 steps |"),
-        "{text}"
-    );
+    assert!(text.contains("| ten minutes of training `paper`, 512 pixels | about 120 steps |"), "{text}");
 }

@@ -165,8 +165,7 @@ impl Check {
 
     /// Unknown result because something could not be read; `why` has the reason and the remedy.
     pub(crate) fn unread(subject: Subject, why: &str) -> Self {
-        let (sentence, remedy) =
-            why.rsplit_once(". ").unwrap_or((why, "Fix that, and check again"));
+        let (sentence, remedy) = why.rsplit_once(". ").unwrap_or((why, "Fix that, and check again"));
         Self::new(subject, Level::Unknown, format!("Not known: {sentence}")).remedy(remedy)
     }
 
@@ -179,11 +178,6 @@ impl Check {
         if let Some(correction) = &self.correction {
             remedy += &format!(": afterlight lamps PROJECT {}", correction.arguments());
         }
-        format!(
-            "{:>9}  {}{about}: {}{remedy}",
-            self.level.word(),
-            self.subject.title(),
-            self.sentence
-        )
+        format!("{:>9}  {}{about}: {}{remedy}", self.level.word(), self.subject.title(), self.sentence)
     }
 }

@@ -28,8 +28,7 @@ impl PartialEq for LitEnvironment {
     /// True if it is the same light: panoramas are compared by identity, not by their pixels.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.environment, &other.environment)
-            && (&self.name, &self.lighting, self.yaw_deg)
-                == (&other.name, &other.lighting, other.yaw_deg)
+            && (&self.name, &self.lighting, self.yaw_deg) == (&other.name, &other.lighting, other.yaw_deg)
     }
 }
 
@@ -62,8 +61,7 @@ pub(super) fn checks(
     if !rig.lamps.iter().any(light::Lamp::is_usable) {
         return [Subject::Coverage, Subject::Contrast, Subject::HalfFloats]
             .map(|subject| {
-                Check::new(subject, Level::Unknown, "No lamp was seen")
-                    .remedy("Photograph the mirror balls again")
+                Check::new(subject, Level::Unknown, "No lamp was seen").remedy("Photograph the mirror balls again")
             })
             .into();
     }
@@ -86,9 +84,8 @@ fn coverage(uncovered: f32) -> Check {
         "{:.1} % of the light comes from directions without a lamp; it goes to the nearest lamps",
         100.0 * uncovered
     );
-    Check::new(Subject::Coverage, level, sentence).remedy(
-        "Turn the environment's bright side towards the lamps, or choose another environment",
-    )
+    Check::new(Subject::Coverage, level, sentence)
+        .remedy("Turn the environment's bright side towards the lamps, or choose another environment")
 }
 
 fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -> Check {
@@ -105,8 +102,7 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
     let [doubtful, bad] = LIKENESS_DB;
     let level = Level::new(-likeness, -doubtful, -bad);
     if level == Level::Unknown {
-        return Check::new(Subject::Contrast, level, "The environment is black")
-            .remedy("Choose another environment");
+        return Check::new(Subject::Contrast, level, "The environment is black").remedy("Choose another environment");
     }
     let size = lamp_radius_deg(rig);
     let areas = brightest::areas(&lit.environment, AREAS);
@@ -125,9 +121,8 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
         "Simple shapes under the lamps match this light to {likeness:.0} dB{}",
         if level == Level::Good { "" } else { &hardest }
     );
-    Check::new(Subject::Contrast, level, sentence).remedy(
-        "Accept soft shadows, choose softer light, or photograph the poses under more and smaller lamps",
-    )
+    Check::new(Subject::Contrast, level, sentence)
+        .remedy("Accept soft shadows, choose softer light, or photograph the poses under more and smaller lamps")
 }
 
 /// Radius in degrees of the smallest light that the lamps can show: a lamp's own, or half the distance to the
@@ -143,12 +138,7 @@ fn lamp_radius_deg(rig: &Rig) -> f32 {
     own.max(0.5 * spacing)
 }
 
-pub(super) fn half_floats(
-    poses: &[Pose],
-    weights: &[[f32; 3]],
-    even: &[[f32; 3]],
-    lit: &LitEnvironment,
-) -> Check {
+pub(super) fn half_floats(poses: &[Pose], weights: &[[f32; 3]], even: &[[f32; 3]], lit: &LitEnvironment) -> Check {
     let mean = mean_radiance(&lit.environment);
     let (mut headroom, mut lost) = (f32::INFINITY, 0.0f32);
     for pose in poses {
@@ -167,31 +157,27 @@ pub(super) fn half_floats(
     let level = Level::new(-headroom, -low, -none).worst(Level::new(lost, doubtful, bad));
     if poses.is_empty() || !headroom.is_finite() || lost.is_nan() {
         let sentence = "The poses are black in this light";
-        return Check::new(Subject::HalfFloats, Level::Unknown, sentence)
-            .remedy("Check the poses and the environment");
+        return Check::new(Subject::HalfFloats, Level::Unknown, sentence).remedy("Check the poses and the environment");
     }
     let sentence = format!(
         "The brightest pixel of the poses is {headroom:.1} stops below the largest half float, and \
          predictions in f16 lose at most {:.2} % of a pixel's light",
         100.0 * lost
     );
-    Check::new(Subject::HalfFloats, level, sentence).remedy(
-        "Keep predictions in f32, and lower the picture's exposure before writing EXR files",
-    )
+    Check::new(Subject::HalfFloats, level, sentence)
+        .remedy("Keep predictions in f32, and lower the picture's exposure before writing EXR files")
 }
 
 /// The largest share of a pixel's light that predictions in f16 lose, because it is too dark beside the brightest
 /// lamp.
 fn lost_share(pose: &Pose, weights: &[[f32; 3]]) -> f32 {
     let smallest = SMALLEST * pose.peaks.iter().map(largest).fold(0.0, f32::max);
-    let dark: Vec<Image> = (pose.olats.iter())
-        .map(|olat| olat.map(|pixel| pixel.map(|v| if v < smallest { v } else { 0.0 })))
-        .collect();
+    let dark: Vec<Image> =
+        (pose.olats.iter()).map(|olat| olat.map(|pixel| pixel.map(|v| if v < smallest { v } else { 0.0 }))).collect();
     let (lost, all) = (sum(&dark, weights), sum(&pose.olats, weights));
     let pixels = lost.pixels.iter().zip(&all.pixels).zip(&pose.mask.pixels);
     let shares = pixels.filter(|(_, covered)| **covered > 0.5);
-    let shares =
-        shares.map(|((lost, all), _)| luminance(*lost) / luminance(*all).max(f32::MIN_POSITIVE));
+    let shares = shares.map(|((lost, all), _)| luminance(*lost) / luminance(*all).max(f32::MIN_POSITIVE));
     shares.fold(0.0, f32::max)
 }
 

@@ -27,14 +27,12 @@ pub(super) fn check(project: &Project, progress: &Progress) -> Result<Check> {
     };
     if report.far <= 0.0 {
         let sentence = "No pose shows a subject that can be compared with the frames";
-        return Ok(Check::new(Subject::Frames, Level::Unknown, sentence)
-            .remedy("Check the poses and their mattes"));
+        return Ok(Check::new(Subject::Frames, Level::Unknown, sentence).remedy("Check the poses and their mattes"));
     }
     let shown = report.frames.iter().filter(|frame| frame.distance > 0.0);
     let Some(farthest) = shown.max_by(|a, b| a.distance.total_cmp(&b.distance)) else {
         let sentence = "No frame shows a subject that can be compared with the poses";
-        return Ok(Check::new(Subject::Frames, Level::Unknown, sentence)
-            .remedy("Check the frames and their mattes"));
+        return Ok(Check::new(Subject::Frames, Level::Unknown, sentence).remedy("Check the frames and their mattes"));
     };
     let (unlike, looked) = (report.unlike().len(), report.frames.len());
     let [doubtful, bad] = SHARES;

@@ -38,11 +38,10 @@ fn listed_checks(calibration: &Calibration) -> [Check; 4] {
     let same = finding(calibration, &[Fault::SameLamp, Fault::SamePicture]);
     let agree = match same {
         Some(finding) => from_finding(Subject::LampsAgree, Level::Bad, finding),
-        None => unknown(
-            Subject::LampsAgree,
-            "Directions are those of the shoot's list, without mirror balls to check them",
-        )
-        .remedy(REMEDY),
+        None => {
+            unknown(Subject::LampsAgree, "Directions are those of the shoot's list, without mirror balls to check them")
+                .remedy(REMEDY)
+        }
     };
     let sentence = "Energies are measured on the subject, up to a common factor: no mirror balls";
     [
@@ -57,12 +56,8 @@ fn seen(calibration: &Calibration) -> Check {
     let lamps = &calibration.rig.lamps;
     let unseen: Vec<&Lamp> = lamps.iter().filter(|lamp| !lamp.is_usable()).collect();
     if !unseen.is_empty() || lamps.is_empty() {
-        let sentence = format!(
-            "The mirror balls do not show {} of {} lamps{}",
-            unseen.len(),
-            lamps.len(),
-            names(&unseen)
-        );
+        let sentence =
+            format!("The mirror balls do not show {} of {} lamps{}", unseen.len(), lamps.len(), names(&unseen));
         return Check::new(Subject::LampsSeen, Level::Bad, sentence).remedy(
             "Check that these lamps were on, not blocked and not behind the ball, and photograph their balls and OLATs \
              again",
@@ -76,17 +71,15 @@ fn seen(calibration: &Calibration) -> Check {
 }
 
 fn agree(calibration: &Calibration) -> Check {
-    const WRONG: [Fault; 4] =
-        [Fault::WrongCircle, Fault::SameLamp, Fault::SamePicture, Fault::Swapped];
+    const WRONG: [Fault; 4] = [Fault::WrongCircle, Fault::SameLamp, Fault::SamePicture, Fault::Swapped];
     const ODD: [Fault; 2] = [Fault::Misplaced, Fault::WrongLayout];
     if let Some(finding) = finding(calibration, &WRONG) {
         return from_finding(Subject::LampsAgree, Level::Bad, finding);
     }
     let usable = || calibration.rig.lamps.iter().filter(|lamp| lamp.is_usable());
     // Lamps behind the ball have a separate check.
-    let unsure: Vec<&Lamp> = usable()
-        .filter(|lamp| lamp.confidence < TRUSTED && !is_hidden(calibration, lamp))
-        .collect();
+    let unsure: Vec<&Lamp> =
+        usable().filter(|lamp| lamp.confidence < TRUSTED && !is_hidden(calibration, lamp)).collect();
     let count = usable().count();
     let [doubtful, bad] = UNSURE;
     let level = Level::new(unsure.len() as f32 / count.max(1) as f32, doubtful, bad);
@@ -106,10 +99,9 @@ fn agree(calibration: &Calibration) -> Check {
         return from_finding(Subject::LampsAgree, Level::Doubtful, finding);
     }
     // A calibration of an older version has findings without kinds.
-    if let (true, Some(first)) = (
-        calibration.rig_faults.len() != calibration.rig_findings.len(),
-        calibration.rig_findings.first(),
-    ) {
+    if let (true, Some(first)) =
+        (calibration.rig_faults.len() != calibration.rig_findings.len(), calibration.rig_findings.first())
+    {
         return from_finding(Subject::LampsAgree, Level::Doubtful, first);
     }
     match &calibration.two_balls {
@@ -127,8 +119,10 @@ fn agree(calibration: &Calibration) -> Check {
             .remedy("Photograph the mirror balls again"),
         None => {
             let sentence = match unsure.len() {
-                0 => "All lamps that the ball shows in full are almost certainly within 5° of their measured directions"
-                    .to_owned(),
+                0 => {
+                    "All lamps that the ball shows in full are almost certainly within 5° of their measured directions"
+                        .to_owned()
+                }
                 some => format!(
                     "Lamps that the ball shows in full are almost certainly within 5° of their measured directions, \
                      except for {some}{}",
@@ -190,8 +184,7 @@ fn hidden(calibration: &Calibration) -> Check {
 fn is_hidden(calibration: &Calibration, lamp: &Lamp) -> bool {
     let cone = (1.0 - 2.0 * calibration.blind_share).acos().to_degrees();
     let from_axis = lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
-    finding(calibration, &[Fault::BehindBall]).is_some()
-        && from_axis < cone + SQRT_2 * lamp.spread_deg
+    finding(calibration, &[Fault::BehindBall]).is_some() && from_axis < cone + SQRT_2 * lamp.spread_deg
 }
 
 /// The first sentence about one of these faults.

@@ -85,11 +85,8 @@ impl Evidence {
     /// # Errors
     /// When the job was stopped.
     pub fn read(project: &Project, progress: &Progress) -> Result<Self> {
-        let calibration = if project.calibration_path().exists() {
-            Calibration::load(project).map(Some)
-        } else {
-            Ok(None)
-        };
+        let calibration =
+            if project.calibration_path().exists() { Calibration::load(project).map(Some) } else { Ok(None) };
         let (mut pictures, mut frames) = (None, None);
         if let Ok(Some(calibration)) = &calibration {
             pictures = Some(known(Pictures::read(project, calibration, progress))?);
@@ -108,9 +105,7 @@ impl Evidence {
                 checks.push(response::interview_light(calibration));
                 checks.push(motion::check(calibration));
                 checks.extend(match &self.pictures {
-                    Some(Ok(pictures)) => {
-                        [subject_shading::check(pictures, calibration), mattes::check(pictures)]
-                    }
+                    Some(Ok(pictures)) => [subject_shading::check(pictures, calibration), mattes::check(pictures)],
                     Some(Err(why)) => OF_PICTURES.map(|subject| Check::unread(subject, why)),
                     None => OF_PICTURES.map(Check::uncalibrated),
                 });
@@ -125,18 +120,10 @@ impl Evidence {
         };
         for lit in environments {
             let about = match &self.calibration {
-                Ok(Some(calibration)) => {
-                    environments::checks(lit, calibration, self.pictures.as_ref())
-                }
-                other => {
-                    Subject::OF_ENVIRONMENT.map(|subject| not_calibrated(subject, other)).into()
-                }
+                Ok(Some(calibration)) => environments::checks(lit, calibration, self.pictures.as_ref()),
+                other => Subject::OF_ENVIRONMENT.map(|subject| not_calibrated(subject, other)).into(),
             };
-            checks.extend(
-                about
-                    .into_iter()
-                    .map(|check| Check { environment: Some(lit.name.clone()), ..check }),
-            );
+            checks.extend(about.into_iter().map(|check| Check { environment: Some(lit.name.clone()), ..check }));
         }
         CheckReport::new(checks)
     }

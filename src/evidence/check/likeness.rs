@@ -24,12 +24,7 @@ type Ray = (Vec3, f64);
 
 /// The peak signal-to-noise ratio in dB of the surfaces under the lamps, against the same surfaces under the
 /// turned environment, in display values v^(1/2.2); NaN if the environment is black.
-pub(super) fn likeness_db(
-    environment: &Environment,
-    turn: Quat,
-    rig: &Rig,
-    weights: &LightWeights,
-) -> f32 {
+pub(super) fn likeness_db(environment: &Environment, turn: Quat, rig: &Rig, weights: &LightWeights) -> f32 {
     let (truth, lamps) = (sky(environment, turn), lamps(rig, weights));
     let pictures: Vec<[f64; 2]> =
         (0..POINTS).into_par_iter().map(|i| [&truth, &lamps].map(|rays| lit(i, rays))).collect();

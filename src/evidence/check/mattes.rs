@@ -10,8 +10,7 @@ use imaging::{Mask, Raster};
 pub(super) fn check(pictures: &Pictures) -> Check {
     // A square may reach beyond the pictures, where nothing is covered.
     let within = |mask: &Mask| {
-        let shown =
-            mask.pixels.iter().zip(&pictures.shown.pixels).filter(|(_, shown)| **shown > 0.999);
+        let shown = mask.pixels.iter().zip(&pictures.shown.pixels).filter(|(_, shown)| **shown > 0.999);
         let pixels: Vec<f32> = shown.map(|(covered, _)| *covered).collect();
         uniform_coverage(&Raster { width: pixels.len(), height: 1, pixels })
     };
@@ -20,8 +19,7 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     let found: Vec<_> = poses.chain(frames).map(|(name, mask)| (name, within(mask))).collect();
     let even: Vec<_> = found.iter().filter_map(|(name, value)| Some((name, (*value)?))).collect();
     let Some((name, value)) = even.first() else {
-        let sentence =
-            format!("All {} separate subject and background", counted(found.len(), "matte"));
+        let sentence = format!("All {} separate subject and background", counted(found.len(), "matte"));
         return Check::new(Subject::Mattes, Level::Good, sentence);
     };
     let level = Level::new(even.len() as f32 / found.len() as f32, f32::MIN_POSITIVE, 0.5);

@@ -75,10 +75,7 @@ impl Pictures {
             progress.step("looking at the pictures", (poses + i) as u64, total, &*name);
             let matte = project.frame_matte(frame);
             let mask = footage::read_mask(&matte, framings)?;
-            read.frames.push(Filmed {
-                mask: resize_area(&mask, side, side),
-                matte: matte.display().to_string(),
-            });
+            read.frames.push(Filmed { mask: resize_area(&mask, side, side), matte: matte.display().to_string() });
         }
         progress.step("looking at the pictures", total, total, "");
         Ok(read)

@@ -23,15 +23,13 @@ pub(super) fn response(calibration: &Calibration) -> Check {
         return check(Level::Good, sentence.into());
     }
     if evidence.by_hand {
-        let sentence =
-            format!("Set by hand: {}. Its accuracy is not checked", calibration.response);
+        let sentence = format!("Set by hand: {}. Its accuracy is not checked", calibration.response);
         return check(Level::Unknown, sentence)
             .remedy("Calibrate without a response set by hand to compare it with the pictures");
     }
     if let Some(curve) = &evidence.better_curve {
-        let sentence = format!(
-            "{curve} fits the pictures better than any dual gamma and is used. Its uncertainty is unknown"
-        );
+        let sentence =
+            format!("{curve} fits the pictures better than any dual gamma and is used. Its uncertainty is unknown");
         return check(Level::Doubtful, sentence)
             .remedy("If the camera records another curve, set it by hand in the Gamma workspace");
     }
@@ -73,9 +71,8 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let exposure = calibration.exposure;
     if exposure.is_finite() && exposure.ln().abs() > Evidence::OTHER_EXPOSURE {
         level = level.worst(Level::Doubtful);
-        sentence += &format!(
-            ". Interview {exposure:.2} times as bright as the mirror balls predict: exposure changed?"
-        );
+        sentence +=
+            &format!(". Interview {exposure:.2} times as bright as the mirror balls predict: exposure changed?");
     }
     if calibration.by_list {
         if evidence.same_poses.is_empty() {
@@ -91,8 +88,7 @@ pub(super) fn response(calibration: &Calibration) -> Check {
     let light = Level::new(unexplained(calibration), doubtful, bad);
     if light != Level::Good {
         level = level.worst(light);
-        sentence +=
-            ". The lamps do not explain all of the interview's light: both figures may be wrong";
+        sentence += ". The lamps do not explain all of the interview's light: both figures may be wrong";
         remedy = "Fix the interview's light first";
     }
     check(level, sentence).remedy(remedy)
@@ -106,8 +102,7 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
     let level = Level::new(larger(unexplained(calibration), missed), doubtful, bad);
-    let [beside, misfit] =
-        [calibration.uncovered_energy, calibration.probe_residual].map(|share| 100.0 * share);
+    let [beside, misfit] = [calibration.uncovered_energy, calibration.probe_residual].map(|share| 100.0 * share);
     let mut sentence = if beside < 0.5 && misfit < 0.5 {
         "The lamps together match the light on the interview's mirror ball".to_owned()
     } else {
@@ -119,8 +114,7 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
                       was changed. Otherwise the relit poses and the frames differ in light";
     if missed >= doubtful {
-        sentence +=
-            &format!("; the lamps that the network learns miss it by {:.0} %", 100.0 * missed);
+        sentence += &format!("; the lamps that the network learns miss it by {:.0} %", 100.0 * missed);
         remedy = "Let the network learn more lamps";
     }
     Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)

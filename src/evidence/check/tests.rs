@@ -21,8 +21,7 @@ fn report(project: &Project) -> CheckReport {
 
 /// The report of a calibration alone.
 fn judged(calibration: &Calibration, lit: &[LitEnvironment]) -> CheckReport {
-    let evidence =
-        Evidence { calibration: Ok(Some(calibration.clone())), pictures: None, frames: None };
+    let evidence = Evidence { calibration: Ok(Some(calibration.clone())), pictures: None, frames: None };
     evidence.report(lit)
 }
 
@@ -102,9 +101,8 @@ fn each_doubt_turns_its_own_check() {
     }
     use Level::{Bad, Doubtful, Unknown};
     use Subject::*;
-    let moving = |change: fn(&mut PoseMotion)| {
-        move |c: &mut Calibration| change(&mut c.motion.as_mut().unwrap().poses[0])
-    };
+    let moving =
+        |change: fn(&mut PoseMotion)| move |c: &mut Calibration| change(&mut c.motion.as_mut().unwrap().poses[0]);
     assert_eq!(level(Motion, &moving(|p| p.corrected = true)), Doubtful);
     assert_eq!(level(Motion, &moving(|p| p.largest_px = f32::NAN)), Unknown);
     assert_eq!(level(Motion, &|c| c.motion = None), Unknown);
@@ -313,12 +311,8 @@ fn a_sun_is_harder_than_the_lamps_and_an_even_sky_is_not() {
         let across = (1.0 - y * y).sqrt();
         glam::Vec3::new(across * cos, y, across * sin)
     };
-    let lamps = (0..41).map(|i| light::Lamp {
-        direction: spiral(i),
-        energy: [1.0; 3],
-        spread_deg: 6.0,
-        ..lamp.clone()
-    });
+    let lamps =
+        (0..41).map(|i| light::Lamp { direction: spiral(i), energy: [1.0; 3], spread_deg: 6.0, ..lamp.clone() });
     sound.rig.lamps = lamps.collect();
     let sky = Image::filled(256, 128, [1.0; 3]);
     let mut sun = sky.clone();

@@ -70,9 +70,6 @@ impl Differences {
             let sum: f64 = maps.iter().map(|map| map[cell]).sum();
             sum / count / alpha.max(1e-6)
         });
-        Self {
-            cells: cells.collect(),
-            lamps: (maps.iter()).map(|map| map.iter().sum::<f64>() / covered).collect(),
-        }
+        Self { cells: cells.collect(), lamps: (maps.iter()).map(|map| map.iter().sum::<f64>() / covered).collect() }
     }
 }

@@ -43,8 +43,7 @@ impl LampShares {
             vec![vec![0.0; lamps]; poses.len()]
         };
         let mean = |all: &[Vec<f64>]| -> Vec<f64> {
-            let average =
-                |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
+            let average = |lamp: usize| all.iter().map(|one| one[lamp]).sum::<f64>() / all.len() as f64;
             (0..lamps).map(average).collect()
         };
         let (usual_errors, usual_spreads) = (mean(&errors), mean(&spreads));
@@ -66,12 +65,10 @@ impl LampShares {
 
     /// PSNR of each lamp's OLAT in decibels, from the picture's PSNR and its squared spreads by lamp, if known.
     pub fn decibels(&self, picture_db: f64, squared_spreads: Option<&[f64]>) -> Vec<f64> {
-        let spreads =
-            squared_spreads.filter(|spreads| spreads.len() == self.errors.len()).map(shares);
+        let spreads = squared_spreads.filter(|spreads| spreads.len() == self.errors.len()).map(shares);
         let logs: Vec<f64> = (0..self.errors.len())
             .map(|lamp| {
-                let spread =
-                    spreads.as_ref().map_or(0.0, |spreads| spreads[lamp] - self.spreads[lamp]);
+                let spread = spreads.as_ref().map_or(0.0, |spreads| spreads[lamp] - self.spreads[lamp]);
                 self.errors[lamp] + self.slope * spread
             })
             .collect();
@@ -117,14 +114,12 @@ mod tests {
         let spread = shares.decibels(30.0, Some(&pose([50.0, 1.0, 1.0]).squared_spreads));
         assert!(spread[0] < usual[0] - 3.0, "{spread:?}");
         // Without spreads, only the pattern counts. No poses give nothing, and NaN is kept out.
-        let plain: Vec<LampErrors> = (poses.iter())
-            .map(|pose| LampErrors { squared_spreads: Vec::new(), ..pose.clone() })
-            .collect();
+        let plain: Vec<LampErrors> =
+            (poses.iter()).map(|pose| LampErrors { squared_spreads: Vec::new(), ..pose.clone() }).collect();
         let plain = LampShares::learn(&plain.iter().collect::<Vec<_>>()).unwrap();
         assert_eq!(plain.slope, 0.0);
         assert!(LampShares::learn(&[]).is_none());
-        let broken =
-            LampErrors { squared_errors: vec![f64::NAN, 0.0, 1.0], squared_spreads: vec![0.0; 3] };
+        let broken = LampErrors { squared_errors: vec![f64::NAN, 0.0, 1.0], squared_spreads: vec![0.0; 3] };
         let broken = LampShares::learn(&[&broken, &poses[0]]).unwrap();
         assert!(broken.decibels(30.0, Some(&[f64::NAN; 3])).iter().all(|db| db.is_finite()));
     }

@@ -20,16 +20,13 @@ pub fn missing<E>(
     let mut counts: Vec<usize> = frames.iter().map(Vec::len).collect();
     counts.sort_unstable();
     let usual = counts.get(counts.len() / 2).copied().unwrap_or(0);
-    let usable: Vec<usize> =
-        (0..frames.len()).filter(|&frame| 2 * frames[frame].len() > usual).collect();
+    let usable: Vec<usize> = (0..frames.len()).filter(|&frame| 2 * frames[frame].len() > usual).collect();
     let distance = |frame: &Squares| root_mean(frame.iter().map(|(_, square)| *square));
     let mut chosen = Vec::new();
     while chosen.len() < count {
         let left = usable.iter().filter(|frame| !chosen.contains(*frame));
         let far = |frame: &&usize| distance(&frames[**frame]);
-        let Some(&farthest) = left.max_by(|a, b| far(a).total_cmp(&far(b))) else {
-            break;
-        };
+        let Some(&farthest) = left.max_by(|a, b| far(a).total_cmp(&far(b))) else { break };
         if distance(&frames[farthest]) <= 0.0 {
             break;
         }

@@ -27,11 +27,7 @@ impl Photographed {
         let exemplar = Exemplar::load(project, response, pose)?;
         let light = calibration.interview_light();
         Ok(Self {
-            frame: Frame {
-                index: 0,
-                plate: exemplar.relit_by_all(project, response, &light)?,
-                mask: exemplar.mask,
-            },
+            frame: Frame { index: 0, plate: exemplar.relit_by_all(project, response, &light)?, mask: exemplar.mask },
             olats: exemplar.olats,
         })
     }
@@ -40,9 +36,7 @@ impl Photographed {
 /// Mean square distance from the best exemplar for each subject cell, from [`Carried::unlike`](transfer::Carried).
 pub fn squares(unlike: &Mask, mask: &Mask) -> Vec<(usize, f64)> {
     let square = Mask {
-        pixels: (unlike.pixels.iter().zip(&mask.pixels))
-            .map(|(unlike, alpha)| alpha * unlike * unlike)
-            .collect(),
+        pixels: (unlike.pixels.iter().zip(&mask.pixels)).map(|(unlike, alpha)| alpha * unlike * unlike).collect(),
         ..*mask
     };
     over_alpha(&square, mask)
@@ -79,8 +73,7 @@ pub fn distance(unlike: &Mask, mask: &Mask) -> f32 {
 
 /// Root mean square of cells.
 pub fn root_mean(squares: impl Iterator<Item = f64>) -> f32 {
-    let (sum, count) =
-        squares.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1));
+    let (sum, count) = squares.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1));
     (sum / count.max(1) as f64).sqrt() as f32
 }
 
@@ -89,8 +82,7 @@ pub fn errors(carried: &Carried, photographed: &Photographed) -> PoseErrors {
     let field = &carried.field;
     let pictures: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
     let off = Differences::new(&pictures, &photographed.olats, &photographed.frame.mask);
-    let (cells, signs): (Vec<usize>, Vec<Sign>) =
-        signs(carried, &photographed.frame.mask).into_iter().unzip();
+    let (cells, signs): (Vec<usize>, Vec<Sign>) = signs(carried, &photographed.frame.mask).into_iter().unzip();
     PoseErrors {
         signs,
         squared_errors: cells.iter().map(|&cell| off.cells[cell]).collect(),

@@ -65,9 +65,8 @@ impl Relation {
         let logs: Vec<Vec<Logs>> = (poses.iter())
             .map(|pose| {
                 let pairs = pose.signs.iter().zip(&pose.squared_errors);
-                let usable = pairs.filter(|(sign, e)| {
-                    sign.distance.is_finite() && sign.spread.is_finite() && e.is_finite()
-                });
+                let usable =
+                    pairs.filter(|(sign, e)| sign.distance.is_finite() && sign.spread.is_finite() && e.is_finite());
                 let log = |(sign, e): (&Sign, &f64)| (sign.logs(), e.sqrt().max(LEAST_ERROR).ln());
                 usable.map(log).collect()
             })
@@ -77,15 +76,13 @@ impl Relation {
             return None;
         }
         let mean = |value: &dyn Fn(&Logs) -> f64| -> f64 {
-            let means =
-                logs.iter().map(|cells| cells.iter().map(value).sum::<f64>() / cells.len() as f64);
+            let means = logs.iter().map(|cells| cells.iter().map(value).sum::<f64>() / cells.len() as f64);
             means.sum::<f64>() / logs.len() as f64
         };
         let (x, y) = ([0, 1].map(|i| mean(&|c| c.0[i])), mean(&|c| c.1));
         let among = |i: usize, j: usize| mean(&|c| (c.0[i] - x[i]) * (c.0[j] - x[j]));
         let with = |i: usize| mean(&|c| (c.0[i] - x[i]) * (c.1 - y));
-        let slopes =
-            slopes([[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]], [with(0), with(1)]);
+        let slopes = slopes([[among(0, 0), among(0, 1)], [among(1, 0), among(1, 1)]], [with(0), with(1)]);
         let mut found = Self {
             intercept: y - slopes[0] * x[0] - slopes[1] * x[1],
             slopes,
@@ -94,8 +91,7 @@ impl Relation {
             poses: logs.len(),
         };
         let cell_ratios = logs.iter().map(|cells| {
-            let mut ratios: Vec<f64> =
-                (cells.iter()).map(|(sign, e)| (e - found.log(*sign)).exp()).collect();
+            let mut ratios: Vec<f64> = (cells.iter()).map(|(sign, e)| (e - found.log(*sign)).exp()).collect();
             quantile(&mut ratios, share)
         });
         let cell_ratios: Vec<f64> = cell_ratios.collect();

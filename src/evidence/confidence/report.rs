@@ -90,31 +90,20 @@ impl Quarter {
         let bound = |quarter: usize| quarter * cells.len() / 4;
         [0, 1, 2, 3].map(|quarter| {
             let cells = &cells[bound(quarter)..bound(quarter + 1)];
-            let (Some(first), Some(last)) = (cells.first(), cells.last()) else {
-                return Self::default();
-            };
+            let (Some(first), Some(last)) = (cells.first(), cells.last()) else { return Self::default() };
             let within = |which: usize| {
                 let holds = cells.iter().filter(|(said, error)| *error <= said[which]);
                 holds.count() as f64 / cells.len() as f64
             };
-            Self {
-                said: [first.0[0], last.0[0]],
-                within: [within(0), within(1)],
-                cells: cells.len(),
-            }
+            Self { said: [first.0[0], last.0[0]], within: [within(0), within(1)], cells: cells.len() }
         })
     }
 }
 
 impl Judged {
     /// Computes the test; None without frames or cells.
-    pub(super) fn new(
-        relation: &Relation,
-        lamps: Option<&LampShares>,
-        frames: &[PoseErrors],
-    ) -> Option<Self> {
-        let frames: Vec<&PoseErrors> =
-            (frames.iter()).filter(|frame| !frame.signs.is_empty()).collect();
+    pub(super) fn new(relation: &Relation, lamps: Option<&LampShares>, frames: &[PoseErrors]) -> Option<Self> {
+        let frames: Vec<&PoseErrors> = (frames.iter()).filter(|frame| !frame.signs.is_empty()).collect();
         let cells = |frame: &PoseErrors| -> Vec<(Sign, f64)> {
             let pairs = frame.signs.iter().zip(&frame.squared_errors);
             pairs.map(|(sign, square)| (*sign, square.sqrt())).collect()
@@ -125,9 +114,7 @@ impl Judged {
             holds.count() as f64 / cells.len() as f64
         };
         let count = frames.len() as f64;
-        let mean = |value: &dyn Fn(&PoseErrors) -> f64| {
-            frames.iter().map(|frame| value(frame)).sum::<f64>() / count
-        };
+        let mean = |value: &dyn Fn(&PoseErrors) -> f64| frames.iter().map(|frame| value(frame)).sum::<f64>() / count;
         let share = |holds: bool| f64::from(u8::from(holds));
         let real = |frame: &PoseErrors| {
             let squares = &frame.squared_errors;
@@ -144,15 +131,11 @@ impl Judged {
         let lamp_correlation = |lamps: &LampShares| {
             let frames = frames.iter().flat_map(|frame| {
                 let lamp_errors = &frame.lamps;
-                let mean = lamp_errors.squared_errors.iter().sum::<f64>()
-                    / lamp_errors.squared_errors.len().max(1) as f64;
-                let spreads = (!lamp_errors.squared_spreads.is_empty())
-                    .then_some(&lamp_errors.squared_spreads[..]);
+                let mean =
+                    lamp_errors.squared_errors.iter().sum::<f64>() / lamp_errors.squared_errors.len().max(1) as f64;
+                let spreads = (!lamp_errors.squared_spreads.is_empty()).then_some(&lamp_errors.squared_spreads[..]);
                 let said = lamps.decibels(0.0, spreads).into_iter();
-                let real = lamp_errors
-                    .squared_errors
-                    .iter()
-                    .map(move |e| -10.0 * (e / mean).max(1e-9).log10());
+                let real = lamp_errors.squared_errors.iter().map(move |e| -10.0 * (e / mean).max(1e-9).log10());
                 said.zip(real)
             });
             correlation(&frames.collect::<Vec<_>>())
@@ -287,11 +270,9 @@ impl ConfidenceReport {
     /// When the file cannot be written.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = Self::path(project);
-        std::fs::create_dir_all(folder(project)).map_err(|e| {
-            Error::io("write", folder(project), e, "Check that the project's folder can be written")
-        })?;
-        let text = serde_json::to_string(self)
-            .map_err(|e| Error::bug(format!("the confidence is not JSON: {e}")))?;
+        std::fs::create_dir_all(folder(project))
+            .map_err(|e| Error::io("write", folder(project), e, "Check that the project's folder can be written"))?;
+        let text = serde_json::to_string(self).map_err(|e| Error::bug(format!("the confidence is not JSON: {e}")))?;
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 
@@ -305,11 +286,9 @@ impl ConfidenceReport {
             return Ok(None);
         }
         let remedy = ("Remove the file and estimate again", "afterlight confidence PROJECT");
-        let text = files::read_text(&path, files::MOST_TEXT)
-            .map_err(|e| Error::io("read", &path, e, remedy))?;
-        let found: Self = serde_json::from_str(&text).map_err(|e| {
-            Error::invalid(format!("{} cannot be read: {e}", path.display()), remedy)
-        })?;
+        let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| Error::io("read", &path, e, remedy))?;
+        let found: Self = serde_json::from_str(&text)
+            .map_err(|e| Error::invalid(format!("{} cannot be read: {e}", path.display()), remedy))?;
         if found.format != FORMAT {
             return Err(Error::invalid(
                 format!("{} has format {}, not {FORMAT}", path.display(), found.format),
@@ -395,11 +374,7 @@ impl ConfidenceReport {
             );
             let quarters = judged.quarters.iter().filter(|quarter| quarter.cells > 0);
             let quarters = quarters.map(|quarter| {
-                format!(
-                    "at most {:.1} % of white, {:.0} %",
-                    100.0 * quarter.said[1],
-                    100.0 * quarter.within[0]
-                )
+                format!("at most {:.1} % of white, {:.0} %", 100.0 * quarter.said[1], 100.0 * quarter.within[0])
             });
             text += &format!(
                 "\nParts within their expected error, by quarters. Where it was {}",
@@ -407,10 +382,7 @@ impl ConfidenceReport {
             );
         }
         if !self.missing.is_empty() {
-            text += &format!(
-                "\nPhotograph these next: frames {}",
-                names(&mut self.missing.iter().copied())
-            );
+            text += &format!("\nPhotograph these next: frames {}", names(&mut self.missing.iter().copied()));
         }
         text
     }
@@ -434,8 +406,7 @@ impl ConfidenceReport {
 
     /// Median of the frames' expected PSNR.
     pub fn usual(&self) -> Option<f64> {
-        let mut all: Vec<f64> =
-            (self.frames.iter()).filter_map(|frame| Some(frame.expected?.psnr_db)).collect();
+        let mut all: Vec<f64> = (self.frames.iter()).filter_map(|frame| Some(frame.expected?.psnr_db)).collect();
         all.sort_unstable_by(f64::total_cmp);
         all.get(all.len() / 2).copied()
     }

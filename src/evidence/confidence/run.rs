@@ -43,11 +43,7 @@ impl Default for ConfidenceSettings {
 ///
 /// # Errors
 /// Those of [`estimate`], and when the file cannot be written.
-pub fn confidence(
-    project: &Project,
-    settings: &ConfidenceSettings,
-    progress: &Progress,
-) -> Result<ConfidenceReport> {
+pub fn confidence(project: &Project, settings: &ConfidenceSettings, progress: &Progress) -> Result<ConfidenceReport> {
     let report = estimate(project, settings, progress)?;
     report.save(project)?;
     Ok(report)
@@ -57,20 +53,13 @@ pub fn confidence(
 ///
 /// # Errors
 /// When files cannot be read, the shoot has fewer than two poses, or the user stops it.
-pub fn estimate(
-    project: &Project,
-    settings: &ConfidenceSettings,
-    progress: &Progress,
-) -> Result<ConfidenceReport> {
+pub fn estimate(project: &Project, settings: &ConfidenceSettings, progress: &Progress) -> Result<ConfidenceReport> {
     project.check_shoot()?;
     let calibration = Calibration::load(project)?;
     let count = project.settings.shoot.poses.len();
     if count < 2 {
         return Err(Error::invalid(
-            format!(
-                "{} has {count} pose; error estimates predict each pose from the others",
-                project.root.display()
-            ),
+            format!("{} has {count} pose; error estimates predict each pose from the others", project.root.display()),
             "Photograph at least two poses",
         ));
     }
@@ -88,12 +77,11 @@ struct Estimate<'a> {
 
 impl Estimate<'_> {
     fn report(&self, settings: &ConfidenceSettings) -> Result<ConfidenceReport> {
-        let poses =
-            self.each("predicting poses", self.project.settings.shoot.poses.len(), |pose| {
-                let shown = Photographed::load(self.project, self.calibration, pose)?;
-                let carried = self.transfer.without(pose).carry(&shown.frame);
-                Ok((distance(&carried.unlike, &shown.frame.mask), errors(&carried, &shown)))
-            })?;
+        let poses = self.each("predicting poses", self.project.settings.shoot.poses.len(), |pose| {
+            let shown = Photographed::load(self.project, self.calibration, pose)?;
+            let carried = self.transfer.without(pose).carry(&shown.frame);
+            Ok((distance(&carried.unlike, &shown.frame.mask), errors(&carried, &shown)))
+        })?;
         let (distances, poses): (Vec<f32>, Vec<PoseErrors>) = poses.into_iter().unzip();
         let frames = self.project.settings.shoot.frames.len();
         let every = settings.every.unwrap_or(frames.div_ceil(MOST_FRAMES)).max(1);
@@ -133,12 +121,7 @@ impl Estimate<'_> {
     }
 
     /// Runs stoppable steps and collects their results in order.
-    fn each<T>(
-        &self,
-        what: &'static str,
-        count: usize,
-        mut step: impl FnMut(usize) -> Result<T>,
-    ) -> Result<Vec<T>> {
+    fn each<T>(&self, what: &'static str, count: usize, mut step: impl FnMut(usize) -> Result<T>) -> Result<Vec<T>> {
         let results = (0..count).map(|i| {
             self.progress.check("Nothing was written yet")?;
             self.progress.step(what, i as u64, count as u64, "");
@@ -150,15 +133,9 @@ impl Estimate<'_> {
     }
 
     /// Tests a relation on the frames of a truth; None if the truth has no OLATs.
-    fn judged(
-        &self,
-        folder: &Path,
-        relation: &Relation,
-        lamps: Option<&LampShares>,
-    ) -> Result<Option<Judged>> {
+    fn judged(&self, folder: &Path, relation: &Relation, lamps: Option<&LampShares>) -> Result<Option<Judged>> {
         let truth = Truth::open(self.project, folder)?;
-        let frames: Vec<usize> =
-            (truth.frames.iter().copied()).filter(|&frame| truth.has_olats(frame)).collect();
+        let frames: Vec<usize> = (truth.frames.iter().copied()).filter(|&frame| truth.has_olats(frame)).collect();
         let found = self.each("comparing with the truth", frames.len(), |place| {
             let shown = Photographed {
                 frame: self.frame(frames[place])?,
@@ -185,9 +162,7 @@ fn looked_at(report: &ConfidenceReport, frame: &Frame, carried: &Carried) -> Fra
     for (cell, sign) in &signs {
         found.cells[*cell] = sign.distance as f32;
     }
-    let Some(relation) = &report.relation else {
-        return found;
-    };
+    let Some(relation) = &report.relation else { return found };
     let decibels = relation.decibels(signs.iter().map(|(_, sign)| *sign));
     found.expected = decibels.map(|[psnr_db, at_least_db]| Expected { psnr_db, at_least_db });
     found.errors = vec![0.0; SIDE * SIDE];

@@ -13,12 +13,9 @@ fn noise(seed: usize) -> f32 {
 
 #[test]
 fn the_frame_farthest_from_all_is_missed_first_and_bad_mattes_are_not() {
-    let at = |distance: f64| -> Vec<(usize, f64)> {
-        (0..9).map(|cell| (cell, distance * distance)).collect()
-    };
+    let at = |distance: f64| -> Vec<(usize, f64)> { (0..9).map(|cell| (cell, distance * distance)).collect() };
     let places: [f64; 5] = [0.5, 4.0, 3.9, -2.0, 0.9];
-    let mut frames: Vec<_> =
-        places.iter().map(|place| at(place.abs().min((place - 1.0).abs()))).collect();
+    let mut frames: Vec<_> = places.iter().map(|place| at(place.abs().min((place - 1.0).abs()))).collect();
     // A matte that shows only a corner.
     frames.push(at(99.0)[..3].to_vec());
     let apart = |a: usize, b: usize| Ok::<_, ()>(at(places[a] - places[b]));
@@ -41,21 +38,14 @@ fn poses_by(law: impl Fn(f64) -> f64, factors: &[f64]) -> Vec<PoseErrors> {
 }
 
 /// The same with distance and spread; spreads are independent of distances.
-fn with_spreads(
-    law: impl Fn(f64, f64) -> f64,
-    factors: &[f64],
-    spread: impl Fn(usize) -> f64,
-) -> Vec<PoseErrors> {
+fn with_spreads(law: impl Fn(f64, f64) -> f64, factors: &[f64], spread: impl Fn(usize) -> f64) -> Vec<PoseErrors> {
     let pose = |(k, factor): (usize, &f64)| {
-        let distances: Vec<f64> = (0..200)
-            .map(|i| (0.1 + 0.01 * i as f64) * (1.0 + 0.2 * f64::from(noise(i + 999 * k))))
-            .collect();
+        let distances: Vec<f64> =
+            (0..200).map(|i| (0.1 + 0.01 * i as f64) * (1.0 + 0.2 * f64::from(noise(i + 999 * k)))).collect();
         let noise = |i: usize| (f64::from(noise(31 * i + k))).exp();
         let squares = distances.iter().enumerate();
         PoseErrors {
-            squared_errors: (squares)
-                .map(|(i, d)| (factor * law(*d, spread(i)) * noise(i)).powi(2))
-                .collect(),
+            squared_errors: (squares).map(|(i, d)| (factor * law(*d, spread(i)) * noise(i)).powi(2)).collect(),
             signs: (distances.iter().enumerate())
                 .map(|(i, distance)| Sign { distance: *distance, spread: spread(i) })
                 .collect(),
@@ -77,8 +67,7 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
     for pose in &poses {
         let pairs = || pose.signs.iter().zip(&pose.squared_errors);
         let share = |which: usize| {
-            let within =
-                pairs().filter(|(s, e)| e.sqrt() <= relation.cells(**s)[which] * (1.0 + 1e-9));
+            let within = pairs().filter(|(s, e)| e.sqrt() <= relation.cells(**s)[which] * (1.0 + 1e-9));
             within.count() as f64 / pose.signs.len() as f64
         };
         assert!(share(1) >= 0.8, "{}", share(1));
@@ -98,16 +87,9 @@ fn a_relation_is_found_and_holds_for_the_asked_share_of_every_pose() {
         lamps: LampErrors::default(),
     };
     assert!(Relation::learn(&[broken.clone(), broken], 0.8).is_none());
-    let zero = PoseErrors {
-        signs: vec![far(0.0); 9],
-        squared_errors: vec![0.0; 9],
-        lamps: LampErrors::default(),
-    };
+    let zero = PoseErrors { signs: vec![far(0.0); 9], squared_errors: vec![0.0; 9], lamps: LampErrors::default() };
     let zero = Relation::learn(&[zero.clone(), zero], 0.8).unwrap();
-    assert!(
-        zero.cells(far(0.0))[1].is_finite()
-            && zero.decibels([far(0.0)].into_iter()).unwrap()[0].is_finite()
-    );
+    assert!(zero.cells(far(0.0))[1].is_finite() && zero.decibels([far(0.0)].into_iter()).unwrap()[0].is_finite());
     test_support::shown!(Network, "Confidence from poses without error, at zero distance, with NaN, or from a single pose",
  bound: "finite, and growing with distance", measured: "holds");
 }
@@ -151,10 +133,7 @@ fn errors_are_those_of_the_measure() {
     let mask = Mask::from_fn(32, 32, |x, _| f32::from(u8::from(x >= 16)));
     // Doubled light is one common factor, which is removed.
     let twice: Vec<Image> = (truth.iter())
-        .map(|image| Image {
-            pixels: image.pixels.iter().map(|p| p.map(|v| 2.0 * v)).collect(),
-            ..*image
-        })
+        .map(|image| Image { pixels: image.pixels.iter().map(|p| p.map(|v| 2.0 * v)).collect(), ..*image })
         .collect();
     let none = Differences::new(&twice, &truth, &mask);
     assert!(none.cells.iter().chain(&none.lamps).all(|e| *e < 1e-10));
@@ -180,11 +159,8 @@ fn a_small_shoot_has_its_confidence_which_ages_with_the_calibration() {
     let folder = tempfile::tempdir().unwrap();
     let (project, mut calibration) = TestShoot::default().calibrate(folder.path(), "project");
     let silent = Progress::silent();
-    let settings = ConfidenceSettings {
-        poses: 2,
-        truth: Some(folder.path().join("shoot")),
-        ..ConfidenceSettings::default()
-    };
+    let settings =
+        ConfidenceSettings { poses: 2, truth: Some(folder.path().join("shoot")), ..ConfidenceSettings::default() };
     assert!(ConfidenceReport::load(&project).unwrap().is_none());
     let report = confidence(&project, &settings, &silent).unwrap();
     let poses = project.settings.shoot.poses.len();

@@ -86,11 +86,7 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "the reflectance field has {} lamps, the calibration {}",
-            field.lamps,
-            weights.len()
-        ),
+        format!("the reflectance field has {} lamps, the calibration {}", field.lamps, weights.len()),
         "Calibrate and train this project again",
     ))
 }

@@ -50,12 +50,8 @@ pub fn compare(
     progress: &Progress,
 ) -> Result<Comparison> {
     let nearest = Nearest::new(method, project, calibration)?;
-    let frames: Vec<usize> = truth
-        .frames
-        .iter()
-        .copied()
-        .filter(|&f| method != Method::TruthOlats || truth.has_olats(f))
-        .collect();
+    let frames: Vec<usize> =
+        truth.frames.iter().copied().filter(|&f| method != Method::TruthOlats || truth.has_olats(f)).collect();
     if frames.is_empty() {
         return Err(Error::missing(
             "the truth has no OLATs",
@@ -73,14 +69,11 @@ pub fn compare(
         let filmed = filmed.shown(at);
         let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
         let matte = plate.as_ref().map_or(&frame.mask, |plate| &plate.matte).clone();
-        let true_olats =
-            if truth.has_olats(index) { Some(truth.olats_at(index, at)?) } else { None };
+        let true_olats = if truth.has_olats(index) { Some(truth.olats_at(index, at)?) } else { None };
         let began = Instant::now();
         let predicted = match (&nearest, method, &true_olats) {
             (Some(nearest), ..) => Predicted::Field(nearest.field(&frame)?, None),
-            (None, Method::TruthOlats, Some(olats)) => {
-                Predicted::Field(ReflectanceField::from_olats(olats), None)
-            }
+            (None, Method::TruthOlats, Some(olats)) => Predicted::Field(ReflectanceField::from_olats(olats), None),
             _ => predict(&frame, true_olats.is_some())?,
         };
         times.push(match &predicted {
@@ -88,8 +81,7 @@ pub fn compare(
             Predicted::Pictures(pictures) => pictures.picture_ms,
         });
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
-            let mut measured =
-                FramePictures { frame: index, mask: matte.clone(), pictures, truths };
+            let mut measured = FramePictures { frame: index, mask: matte.clone(), pictures, truths };
             measured.shrink_to_truth();
             set.push(measured);
         };
@@ -178,9 +170,7 @@ impl Comparison {
                     let codes = encoded(&picture, &shown.mask, gain as f32);
                     write_png(&folder.join(name), &codes)
                 };
-                for (place, (picture, truth)) in
-                    shown.pictures.iter().zip(&shown.truths).enumerate()
-                {
+                for (place, (picture, truth)) in shown.pictures.iter().zip(&shown.truths).enumerate() {
                     let stem = format!("{}-{}", name(place), shown.frame);
                     write(picture, exposure * scale, format!("{stem}.png"))?;
                     write(truth, exposure, format!("{stem}-truth.png"))?;
@@ -197,14 +187,8 @@ impl Comparison {
 
 /// A sum of lamps by `weights` at its plate's size, as in the compositor but not premultiplied; unchanged without a
 /// plate.
-pub fn at_plate(
-    mut sum: Image,
-    (plate, mask): (Option<&Plate>, &Mask),
-    weights: &[[f32; 3]],
-) -> Image {
-    let Some(plate) = plate else {
-        return sum;
-    };
+pub fn at_plate(mut sum: Image, (plate, mask): (Option<&Plate>, &Mask), weights: &[[f32; 3]]) -> Image {
+    let Some(plate) = plate else { return sum };
     extend_edges(&mut sum, mask);
     premultiply(&mut sum, mask);
     let mut picture = plate.relit_by(&sum, mask, weights);

@@ -11,9 +11,7 @@ pub fn display_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> 
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {
         let pairs = olat.pixels.iter().zip(&mask.pixels);
-        for (pixel, _) in
-            pairs.filter(|&(pixel, &alpha)| alpha > SOLID && luminance(*pixel).is_finite())
-        {
+        for (pixel, _) in pairs.filter(|&(pixel, &alpha)| alpha > SOLID && luminance(*pixel).is_finite()) {
             sum += f64::from(luminance(*pixel));
             count += 1;
         }
@@ -47,12 +45,8 @@ mod tests {
         let gain = display_gain(olats.iter(), &mask);
         assert!((gain - DISPLAY_LEVEL / 0.2).abs() < 1e-5, "{gain}");
         let codes = display_picture(&olats[1], &mask, gain).0;
-        let near =
-            |x: usize, linear: f32| (codes.at(x, 0)[0] - srgb_from_linear(linear)).abs() < 1e-4;
+        let near = |x: usize, linear: f32| (codes.at(x, 0)[0] - srgb_from_linear(linear)).abs() < 1e-4;
         assert!(near(0, 0.18) && near(2, 0.09) && near(3, 0.0), "{codes:?}");
-        assert_eq!(
-            display_picture(&olat(0.0), &mask, display_gain([].iter(), &mask)).0.at(0, 0),
-            [0.0; 3]
-        );
+        assert_eq!(display_picture(&olat(0.0), &mask, display_gain([].iter(), &mask)).0.at(0, 0), [0.0; 3]);
     }
 }

@@ -3,10 +3,7 @@
 use super::accuracy::Predicted;
 use super::display::{display_gain, display_picture};
 use super::flicker::{self, ClipFlicker};
-use super::{
-    Comparison, Learnt, Method, Row, Scores, Truth, compare, excluded_check, markdown,
-    truth_weights,
-};
+use super::{Comparison, Learnt, Method, Row, Scores, Truth, compare, excluded_check, markdown, truth_weights};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use base::numbers::within;
@@ -88,27 +85,19 @@ pub struct EvaluateReport {
 ///
 /// # Errors
 /// When input is missing, or the network was trained on a frame of the truth.
-pub fn evaluate(
-    project: &Project,
-    settings: &EvaluateSettings,
-    progress: &Progress,
-) -> Result<EvaluateReport> {
+pub fn evaluate(project: &Project, settings: &EvaluateSettings, progress: &Progress) -> Result<EvaluateReport> {
     let calibration = Calibration::load(project)?;
     let truth = Truth::open(project, &settings.truth)?;
     let compute = ComputeDevice::choose(settings.device);
     let minutes = learning_minutes(project, settings.minutes);
-    let asks_predictor = settings.method.predicts()
-        || settings.table.is_some()
-        || settings.sheet.is_some()
-        || settings.worst.is_some();
-    let predictor = asks_predictor
-        .then(|| open_predictor(project, &calibration, settings, &truth, &compute))
-        .transpose()?;
+    let asks_predictor =
+        settings.method.predicts() || settings.table.is_some() || settings.sheet.is_some() || settings.worst.is_some();
+    let predictor =
+        asks_predictor.then(|| open_predictor(project, &calibration, settings, &truth, &compute)).transpose()?;
     let weights = truth_weights(project, &calibration, &truth, settings.weighting)?;
     let asks_olats = truth.frames.iter().any(|&frame| truth.has_olats(frame));
     let compared = |method: Method| -> Result<(Comparison, Option<Spent>)> {
-        let effort =
-            Effort { minutes, steps: None, seed: settings.seed.unwrap_or(project.settings.seed) };
+        let effort = Effort { minutes, steps: None, seed: settings.seed.unwrap_or(project.settings.seed) };
         let learn = || {
             let from = (project, &calibration);
             Learnt::learn(method, from, &weights, asks_olats, &effort, &compute, progress)
@@ -122,15 +111,7 @@ pub fn evaluate(
             }
             (None, None) => Err(Error::bug("nothing to predict with")),
         };
-        let compared = compare(
-            project,
-            &calibration,
-            &truth,
-            &weights,
-            (method, settings.at),
-            &mut predict,
-            progress,
-        )?;
+        let compared = compare(project, &calibration, &truth, &weights, (method, settings.at), &mut predict, progress)?;
         Ok((compared, learnt.map(|learnt| learnt.spent())))
     };
     let method_scores = |method: Method| {
@@ -226,8 +207,7 @@ fn open_predictor(
     if settings.method == Method::Network && !project.checkpoint_path().exists() {
         Predictor::open(project, &compute.device)?;
     }
-    let mut predictor =
-        OlatPredictor::open(project, calibration, &compute.device)?.steady(project, calibration);
+    let mut predictor = OlatPredictor::open(project, calibration, &compute.device)?.steady(project, calibration);
     if settings.at != PictureSize::Square {
         predictor = predictor.with_detail(project, calibration)?;
     }
@@ -353,15 +333,9 @@ fn labelled_sheet(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded
 }
 
 /// Eight lamps spread over the rig in a truth frame outside the training: true above predicted.
-fn sheet(
-    project: &Project,
-    calibration: &Calibration,
-    truth: &Truth,
-    predictor: &OlatPredictor,
-) -> Result<Encoded> {
+fn sheet(project: &Project, calibration: &Calibration, truth: &Truth, predictor: &OlatPredictor) -> Result<Encoded> {
     const LAMPS: usize = 8;
-    let frame =
-        truth.frames.iter().copied().find(|&f| truth.has_olats(f)).ok_or_else(no_true_olats)?;
+    let frame = truth.frames.iter().copied().find(|&f| truth.has_olats(f)).ok_or_else(no_true_olats)?;
     let shown = OlatPictures::new(project, calibration, truth, predictor, frame)?;
     let count = LAMPS.min(shown.truth.len());
     let picked = (0..count).map(|i| i * shown.truth.len() / count);
@@ -425,14 +399,8 @@ mod tests {
     #[test]
     fn a_section_is_replaced_and_its_neighbours_stay() {
         let text = "# Accuracy\n\nWords.\n\n## a\n\nold\n\n## b\n\nkept\n";
-        assert_eq!(
-            with_section(text, "a", "new\n"),
-            "# Accuracy\n\nWords.\n\n## a\n\nnew\n\n## b\n\nkept\n"
-        );
-        assert_eq!(
-            with_section(text, "c", "new\n"),
-            format!("{}\n\n## c\n\nnew\n", text.trim_end())
-        );
+        assert_eq!(with_section(text, "a", "new\n"), "# Accuracy\n\nWords.\n\n## a\n\nnew\n\n## b\n\nkept\n");
+        assert_eq!(with_section(text, "c", "new\n"), format!("{}\n\n## c\n\nnew\n", text.trim_end()));
         assert_eq!(with_section("", "c", "new\n"), "## c\n\nnew\n");
     }
 }

@@ -21,11 +21,7 @@ impl Nearest {
     ///
     /// # Errors
     /// When a picture cannot be read.
-    pub fn new(
-        method: Method,
-        project: &Project,
-        calibration: &Calibration,
-    ) -> Result<Option<Self>> {
+    pub fn new(method: Method, project: &Project, calibration: &Calibration) -> Result<Option<Self>> {
         let ratio = match method {
             Method::Nearest => false,
             Method::Ratio | Method::Harmonics => true,
@@ -51,11 +47,7 @@ impl Nearest {
     /// When there is no pose.
     pub fn field(&self, frame: &Frame) -> Result<ReflectanceField> {
         let pose = nearest(&self.poses, frame)?;
-        Ok(if self.ratio {
-            pose.ratio_field(&frame.plate)
-        } else {
-            ReflectanceField::from_olats(&pose.exemplar.olats)
-        })
+        Ok(if self.ratio { pose.ratio_field(&frame.plate) } else { ReflectanceField::from_olats(&pose.exemplar.olats) })
     }
 }
 
@@ -74,11 +66,7 @@ impl Pose {
             .into_iter()
             .map(|exemplar| {
                 let interview = exemplar.relit_by_all(project, &calibration.response, &light)?;
-                Ok(Self {
-                    encoded_plate: encoded_plate(&interview, &exemplar.mask),
-                    interview,
-                    exemplar,
-                })
+                Ok(Self { encoded_plate: encoded_plate(&interview, &exemplar.mask), interview, exemplar })
             })
             .collect()
     }
@@ -112,19 +100,15 @@ fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
         let pairs = pose.encoded_plate.pixels.iter().flatten().zip(there.pixels.iter().flatten());
         pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
     };
-    poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).ok_or_else(|| {
-        Error::missing("the shoot has no pose of the OLAT session", "Import the shoot again")
-    })
+    poses
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .ok_or_else(|| Error::missing("the shoot has no pose of the OLAT session", "Import the shoot again"))
 }
 
 /// Encoded, with a finite slope at black, and cut out by the matte.
 fn encoded_plate(linear: &Image, mask: &Mask) -> Image {
     let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
-    let pixels = linear
-        .pixels
-        .iter()
-        .zip(&mask.pixels)
-        .map(|(p, alpha)| p.map(|v| encode(v) * alpha))
-        .collect();
+    let pixels = linear.pixels.iter().zip(&mask.pixels).map(|(p, alpha)| p.map(|v| encode(v) * alpha)).collect();
     Image { width: linear.width, height: linear.height, pixels }
 }

@@ -48,8 +48,7 @@ pub fn filtered(plane: &Raster<f32>, across: &Kernel, down: &Kernel) -> Raster<f
     let edge = across.radius();
     let row = |(out, line): (&mut [f32], &[f32])| {
         let last = width - 1;
-        let padded: Vec<f32> =
-            (0..width + 2 * edge).map(|x| line[x.saturating_sub(edge).min(last)]).collect();
+        let padded: Vec<f32> = (0..width + 2 * edge).map(|x| line[x.saturating_sub(edge).min(last)]).collect();
         for (x, value) in out.iter_mut().enumerate() {
             let window = padded[x..].iter().zip(&across.0);
             *value = window.map(|(v, w)| v * w).sum();

@@ -70,9 +70,7 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
     let pictures: Vec<Encoded> = frames.iter().map(to_follow).collect();
     let mut all: Vec<Jump> = Vec::new();
     for (three, pictures) in frames.windows(3).zip(pictures.windows(3)) {
-        let [before, now, after] = three else {
-            continue;
-        };
+        let [before, now, after] = three else { continue };
         let back = Flow::between(&pictures[1], &pictures[0]);
         let on = Flow::between(&pictures[1], &pictures[2]);
         let solid = followed(now, [(&back, before), (&on, after)]);
@@ -80,14 +78,11 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
         let relit = [&now.relit, &back.warped(&before.relit), &on.warped(&after.relit)];
         all.extend(jumps(plates, relit, &solid));
     }
-    let sum =
-        |term: &dyn Fn(&Jump) -> f64| all.iter().map(|jump| jump.weight * term(jump)).sum::<f64>();
+    let sum = |term: &dyn Fn(&Jump) -> f64| all.iter().map(|jump| jump.weight * term(jump)).sum::<f64>();
     let shared = sum(&|j| j.relit * j.plate) / sum(&|j| j.plate * j.plate);
     let shared = if shared.is_finite() { shared.clamp(0.0, 1.0) } else { 0.0 };
     let weight = sum(&|_| 1.0);
-    let percent = |term: &dyn Fn(&Jump) -> f64| {
-        100.0 * (sum(&|j| term(j).powi(2)) / weight / SECOND_DIFFERENCE).sqrt()
-    };
+    let percent = |term: &dyn Fn(&Jump) -> f64| 100.0 * (sum(&|j| term(j).powi(2)) / weight / SECOND_DIFFERENCE).sqrt();
     (weight > 0.0).then(|| Flicker {
         plate: percent(&|j| j.plate),
         relit: percent(&|j| j.relit),
@@ -99,8 +94,7 @@ pub fn flicker(frames: &[Moment]) -> Option<Flicker> {
 fn to_follow(moment: &Moment) -> Encoded {
     let brightest = moment.plate.pixels.iter().zip(&moment.mask.pixels);
     let brightest = brightest.filter(|&(_, &alpha)| alpha > SOLID);
-    let mut values: Vec<f32> =
-        (brightest.flat_map(|(pixel, _)| *pixel)).filter(|v| v.is_finite()).collect();
+    let mut values: Vec<f32> = (brightest.flat_map(|(pixel, _)| *pixel)).filter(|v| v.is_finite()).collect();
     values.sort_unstable_by(f32::total_cmp);
     let white = values.get(values.len() * 98 / 100).copied().unwrap_or(1.0);
     let gain = 1.0 / white.max(f32::MIN_POSITIVE);
@@ -211,10 +205,7 @@ pub fn middle(project: &Project) -> Range<usize> {
 ///
 /// # Errors
 /// When the user stops it, or the GPU is lost.
-pub fn if_possible(
-    found: Result<Option<ClipFlicker>>,
-    progress: &Progress,
-) -> Result<Option<ClipFlicker>> {
+pub fn if_possible(found: Result<Option<ClipFlicker>>, progress: &Progress) -> Result<Option<ClipFlicker>> {
     match found {
         Err(e @ (Error::Cancelled { .. } | Error::GpuLost)) => Err(e),
         Err(e) => {
@@ -257,22 +248,13 @@ pub fn clip_flicker(
         let field = Field::from(predict(&frame)?);
         for ((series, moments), smoothing) in series.iter_mut().zip(&mut moments).zip([0.0, 1.0]) {
             let scene = scene(index, smoothing);
-            let (light, _) = EnvironmentLight::update(
-                &mut light,
-                environment,
-                &calibration.rig,
-                &scene,
-                (&field, &frame.mask),
-            )?;
+            let (light, _) =
+                EnvironmentLight::update(&mut light, environment, &calibration.rig, &scene, (&field, &frame.mask))?;
             let mut ingredients = light.on(&field, &frame.mask);
-            ingredients.extra = Extra {
-                identity: Identity { frame: index as u64, ..Identity::default() },
-                ..Extra::default()
-            };
+            ingredients.extra =
+                Extra { identity: Identity { frame: index as u64, ..Identity::default() }, ..Extra::default() };
             let picture = series.compose(&scene, (&frame.plate, &frame.mask), &ingredients)?;
-            let Some(relit) = picture.linear else {
-                continue;
-            };
+            let Some(relit) = picture.linear else { continue };
             moments.push(Moment { plate: frame.plate.clone(), relit, mask: frame.mask.clone() });
         }
     }
@@ -355,9 +337,7 @@ mod tests {
                 let all: Vec<[f32; 2]> = gains(percent, 60).into_iter().map(|g| [g, g]).collect();
                 // Measured on the gains as drawn.
                 let mean = all.iter().map(|g| f64::from(g[0])).sum::<f64>() / 60.0;
-                let drawn = all
-                    .windows(3)
-                    .map(|g| (f64::from(g[1][0]) - 0.5 * f64::from(g[0][0] + g[2][0])).powi(2));
+                let drawn = all.windows(3).map(|g| (f64::from(g[1][0]) - 0.5 * f64::from(g[0][0] + g[2][0])).powi(2));
                 let drawn = 100.0 * (drawn.sum::<f64>() / 58.0 / 1.5).sqrt() / mean;
                 let found = flicker(&clip(&all, moves, 0.0)).unwrap().beyond;
                 println!("{percent} % drawn as {drawn:.2} %, motion {moves}: {found:.2} %");

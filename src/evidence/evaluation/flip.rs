@@ -35,9 +35,7 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     let (width, height) = reference.0.size();
     if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
         return Err(Error::invalid(
-            format!(
-                "FLIP cannot be computed for {pixels_per_degree} pixels per degree, only for 1 to 1000"
-            ),
+            format!("FLIP cannot be computed for {pixels_per_degree} pixels per degree, only for 1 to 1000"),
             format!("Use {PIXELS_PER_DEGREE:.0}, a screen at arm's length"),
         ));
     }
@@ -98,8 +96,7 @@ struct Filters {
 impl Filters {
     fn new(pixels_per_degree: f64) -> Self {
         // Table 1: amplitude and width of each Gaussian.
-        const CONTRAST: [&[(f64, f64)]; 3] =
-            [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
+        const CONTRAST: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
         // Three deviations of the widest.
         let radius = (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
         let contrast = CONTRAST.map(|gaussians| {
@@ -228,9 +225,7 @@ pub(super) mod tests {
             let place = (x as u64 / 3) * 7 + (y as u64 / 2) * 131 + c as u64 * 29 + seed * 977;
             ((place * 2_654_435_761) >> 13) % 256
         };
-        Encoded(Raster::from_fn(width, height, |x, y| {
-            std::array::from_fn(|c| code(x, y, c) as f32 / 255.0)
-        }))
+        Encoded(Raster::from_fn(width, height, |x, y| std::array::from_fn(|c| code(x, y, c) as f32 / 255.0)))
     }
 
     fn map(reference: &Encoded, test: &Encoded) -> FlipMap {
@@ -304,14 +299,11 @@ pub(super) mod tests {
 
     #[test]
     fn whole_maps_are_those_of_the_authors_program() {
-        let Some(python) = test_support::python(&["flip_evaluator"]) else {
-            return;
-        };
+        let Some(python) = test_support::python(&["flip_evaluator"]) else { return };
         let script = test_support::repository("tests/peers/flip.py");
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
-        for (width, height, pixels_per_degree) in [(61, 40, 67.0), (33, 70, 20.0), (128, 9, 120.0)]
-        {
+        for (width, height, pixels_per_degree) in [(61, 40, 67.0), (33, 70, 20.0), (128, 9, 120.0)] {
             let pictures = [1, 2].map(|seed| pattern(width, height, seed));
             let names = ["reference.png", "test.png"];
             for (picture, name) in pictures.iter().zip(names) {

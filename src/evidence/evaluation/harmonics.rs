@@ -70,8 +70,7 @@ fn inverse(mut matrix: [[f64; COUNT]; COUNT]) -> [[f64; COUNT]; COUNT] {
 /// lamps average that out. Lamps without energy are unchanged.
 pub fn low_order_olats(olats: &[Image], rig: &Rig) -> Vec<Image> {
     let energies: Vec<[f32; 3]> = rig.lamps.iter().map(|lamp| lamp.energy).collect();
-    let lit: Vec<usize> =
-        (0..olats.len().min(rig.lamps.len())).filter(|&lamp| rig.lamps[lamp].is_usable()).collect();
+    let lit: Vec<usize> = (0..olats.len().min(rig.lamps.len())).filter(|&lamp| rig.lamps[lamp].is_usable()).collect();
     let direction = |&lamp: &usize| rig.lamps[lamp].direction.to_array().map(f64::from);
     let directions: Vec<[f64; 3]> = lit.iter().map(direction).collect();
     let projection = projection(&directions);
@@ -82,9 +81,8 @@ pub fn low_order_olats(olats: &[Image], rig: &Rig) -> Vec<Image> {
         .map(|(shares, &to)| {
             let mut sum = Image::filled(olats[to].width, olats[to].height, [0.0; 3]);
             for (&share, &from) in shares.iter().zip(&lit) {
-                let factor: [f32; 3] = std::array::from_fn(|c| {
-                    (share * f64::from(energies[to][c]) / f64::from(energies[from][c])) as f32
-                });
+                let factor: [f32; 3] =
+                    std::array::from_fn(|c| (share * f64::from(energies[to][c]) / f64::from(energies[from][c])) as f32);
                 for (out, pixel) in sum.pixels.iter_mut().zip(&olats[from].pixels) {
                     for c in 0..3 {
                         out[c] += factor[c] * pixel[c];

@@ -50,9 +50,7 @@ impl Learnt {
             Method::Texler => {
                 let looks = PatchStyle::learn(&poses, &lights, effort, device, progress)?;
                 let lamps = single_lamps(poses.lamps());
-                let lamps = olats
-                    .then(|| PatchStyle::learn(&poses, &lamps, effort, device, progress))
-                    .transpose()?;
+                let lamps = olats.then(|| PatchStyle::learn(&poses, &lamps, effort, device, progress)).transpose()?;
                 Kind::Texler(Box::new(looks), lamps.map(Box::new))
             }
             Method::Sun => {
@@ -92,9 +90,7 @@ impl Learnt {
         // One picture is timed, as for a user; Texler's looks all come at once.
         let relit = match &self.kind {
             Kind::Texler(..) => self.relit(frame)?,
-            Kind::Sun(portrait) => {
-                portrait.relit(frame, &self.lights[..1.min(self.lights.len())])?
-            }
+            Kind::Sun(portrait) => portrait.relit(frame, &self.lights[..1.min(self.lights.len())])?,
         };
         let picture_ms = began.elapsed().as_secs_f64() * 1e3;
         let relit = match &self.kind {

@@ -56,12 +56,7 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| f.pictures_db(scale)).collect();
     // All pictures of a frame have the same number of pixels, so the mean of their errors is the frame's.
     let frames_db: Vec<f64> = pictures_db.iter().map(|p| pooled(p.iter().copied())).collect();
-    Ok(Psnr {
-        mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
-        frames_db,
-        pictures_db,
-        scale,
-    })
+    Ok(Psnr { mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64, frames_db, pictures_db, scale })
 }
 
 /// Subject pixels of all pictures; NaN counts as black.
@@ -100,8 +95,7 @@ impl Compared<'_> {
         pairs
             .map(|(picture, truth)| {
                 let values = picture.as_flattened().iter().zip(truth.as_flattened());
-                let squares = values
-                    .map(|(&p, &t)| (encode(f64::from(p) * scale) - encode(f64::from(t))).powi(2));
+                let squares = values.map(|(&p, &t)| (encode(f64::from(p) * scale) - encode(f64::from(t))).powi(2));
                 decibels(squares.sum::<f64>() / (3 * pixels) as f64)
             })
             .collect()
@@ -146,9 +140,7 @@ fn percentile(values: &[f32], percent: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
     // A frame may show no subject.
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::from(f32::MIN_POSITIVE);
-    };
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::from(f32::MIN_POSITIVE) };
     let place = percent / 100.0 * last as f64;
     let (low, share) = (place.floor() as usize, place.fract());
     let high = (low + 1).min(last);
@@ -169,8 +161,7 @@ pub fn mean_inside(map: &Raster<f32>, mask: &Mask) -> Result<f64> {
         ));
     }
     let (mut sum, mut count) = (0f64, 0u64);
-    for (&value, _) in (map.pixels.iter().zip(&mask.pixels)).filter(|&(_, &alpha)| alpha > SUBJECT)
-    {
+    for (&value, _) in (map.pixels.iter().zip(&mask.pixels)).filter(|&(_, &alpha)| alpha > SUBJECT) {
         sum += f64::from(value);
         count += 1;
     }
@@ -187,11 +178,7 @@ pub(super) fn check_pair(reference: &Encoded, test: &Encoded) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "a picture of {} cannot be compared with one of {}",
-            size(test.0.size()),
-            size(reference.0.size())
-        ),
+        format!("a picture of {} cannot be compared with one of {}", size(test.0.size()), size(reference.0.size())),
         "Compare pictures of one size, with at least one pixel",
     ))
 }
@@ -207,11 +194,7 @@ pub(super) fn check(frame: &Compared) -> Result<()> {
     let remedy = "Give the truth that belongs to this shoot";
     if frame.pictures.len() != frame.truths.len() {
         return Err(Error::invalid(
-            format!(
-                "{} pictures cannot be compared with {} truths",
-                frame.pictures.len(),
-                frame.truths.len()
-            ),
+            format!("{} pictures cannot be compared with {} truths", frame.pictures.len(), frame.truths.len()),
             remedy,
         ));
     }
@@ -219,11 +202,7 @@ pub(super) fn check(frame: &Compared) -> Result<()> {
     if let Some(other) = frame.pictures.iter().chain(frame.truths).find(|p| p.size() != size) {
         let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
         return Err(Error::invalid(
-            format!(
-                "a picture to compare has {}, but the matte has {}",
-                say(other.size()),
-                say(size)
-            ),
+            format!("a picture to compare has {}, but the matte has {}", say(other.size()), say(size)),
             remedy,
         ));
     }
@@ -239,8 +218,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn picture(seed: usize) -> Image {
-        let value =
-            |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
+        let value = |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
         Raster::from_fn(12, 9, |x, y| std::array::from_fn(|c| value(c + 3 * (x + 12 * y))))
     }
 
@@ -268,8 +246,7 @@ mod tests {
         let wrong = Raster::from_fn(10, 10, |x, _| [if x % 2 == 0 { 0.9 } else { 1.1 }; 3]);
         let found = one(&wrong, &truth, &Mask::filled(10, 10, 1.0));
         let encode = |v: f64| v.powf(1.0 / 2.2);
-        let error =
-            [0.45, 0.55].map(|v| (encode(v) - encode(0.5)).powi(2)).iter().sum::<f64>() / 2.0;
+        let error = [0.45, 0.55].map(|v| (encode(v) - encode(0.5)).powi(2)).iter().sum::<f64>() / 2.0;
         assert!((found.mean_db + 10.0 * error.log10()).abs() < 1e-4, "{found:?}");
         assert!((found.scale - 3.0).abs() < 1e-5);
     }

@@ -98,12 +98,9 @@ fn edge(mask: &Mask) -> Vec<bool> {
     let outside: Vec<bool> = mask.pixels.iter().map(|&alpha| alpha <= SUBJECT).collect();
     // A square neighbourhood is a row of columns.
     let near = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
-    let across: Vec<bool> = (0..width * height)
-        .map(|i| near(i % width, width).any(|x| outside[i / width * width + x]))
-        .collect();
-    (0..width * height)
-        .map(|i| near(i / width, height).any(|y| across[y * width + i % width]))
-        .collect()
+    let across: Vec<bool> =
+        (0..width * height).map(|i| near(i % width, width).any(|x| outside[i / width * width + x])).collect();
+    (0..width * height).map(|i| near(i / width, height).any(|y| across[y * width + i % width])).collect()
 }
 
 #[cfg(test)]
@@ -129,9 +126,8 @@ mod tests {
     #[test]
     fn regions_cover_the_subject_once_and_their_errors_are_its_error() {
         let (truth, mask) = scene();
-        let wrong = Raster::from_fn(40, 20, |x, y| {
-            truth.at(x, y).map(|v| v * (1.0 + 0.02 * ((x * 7 + y * 3) % 11) as f32))
-        });
+        let wrong =
+            Raster::from_fn(40, 20, |x, y| truth.at(x, y).map(|v| v * (1.0 + 0.02 * ((x * 7 + y * 3) % 11) as f32)));
         let (pictures, truths) = ([wrong], [truth]);
         let frame = Compared { pictures: &pictures, truths: &truths, mask: &mask };
         let found = psnr(&[frame]).unwrap();

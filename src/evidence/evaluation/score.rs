@@ -17,16 +17,12 @@ use std::collections::BTreeMap;
 /// When some are among `truth_frames`; the message names them and the option that keeps them out.
 pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Result<()> {
     let list = |frames: &[usize]| frames.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
-    let seen: Vec<usize> =
-        truth_frames.iter().copied().filter(|f| training_frames.contains(f)).collect();
+    let seen: Vec<usize> = truth_frames.iter().copied().filter(|f| training_frames.contains(f)).collect();
     if seen.is_empty() {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "the network was trained on the truth frames {}, so they cannot test it",
-            list(&seen)
-        ),
+        format!("the network was trained on the truth frames {}, so they cannot test it", list(&seen)),
         (
             "Train again without them",
             format!("afterlight train PROJECT --fresh --exclude-frames {}", list(truth_frames)),
@@ -112,9 +108,7 @@ mod tests {
     /// 24.2 and 31.1 for the ratio. The scale moves the first by 0.44 dB and no other by more than 0.14.
     #[test]
     fn the_scores_agree_with_an_independent_program() {
-        let Some(shoot) = test_support::shared("data/stage") else {
-            return;
-        };
+        let Some(shoot) = test_support::shared("data/stage") else { return };
         let facts = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
         let facts: Facts = serde_json::from_str(&facts).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -159,18 +153,11 @@ mod tests {
                 &Progress::silent(),
             )
             .unwrap();
-            let found = [
-                scores.relit_psnr_db["grace"],
-                scores.relit_psnr_db["pisa"],
-                scores.olat_psnr_db.unwrap(),
-            ];
+            let found = [scores.relit_psnr_db["grace"], scores.relit_psnr_db["pisa"], scores.olat_psnr_db.unwrap()];
             println!("{method:?}: {found:.3?} dB");
             // Both programs read the same 8-bit files; the difference is f32 against f64.
             for (found, wanted) in found.into_iter().zip([grace, pisa, olats]) {
-                assert!(
-                    (found - wanted).abs() < 0.01,
-                    "{method:?}: {found:.3} dB, elsewhere {wanted}"
-                );
+                assert!((found - wanted).abs() < 0.01, "{method:?}: {found:.3} dB, elsewhere {wanted}");
             }
         }
     }
@@ -179,9 +166,6 @@ mod tests {
     fn a_truth_frame_in_the_training_set_is_named_with_the_remedy() {
         assert!(excluded_check(&[0, 1, 2], &[5, 14]).is_ok());
         let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25]).unwrap_err().for_terminal();
-        assert!(
-            error.contains("truth frames 5,14,") && error.contains("--exclude-frames 5,14,25"),
-            "{error}"
-        );
+        assert!(error.contains("truth frames 5,14,") && error.contains("--exclude-frames 5,14,25"), "{error}");
     }
 }

@@ -50,8 +50,8 @@ pub fn shadow_edges(frames: &[Compared], scale: f64) -> Option<ShadowEdges> {
                 for p in (0..inner.len()).filter(|&p| inner[p]) {
                     let pair = picture.pixels[p].iter().zip(&truth.pixels[p]);
                     let squares = pair.map(|(&picture, &truth)| {
-                        let [picture, truth] = [f64::from(picture) * scale, f64::from(truth)]
-                            .map(|v| code(exposure * v));
+                        let [picture, truth] =
+                            [f64::from(picture) * scale, f64::from(truth)].map(|v| code(exposure * v));
                         (picture - truth).powi(2)
                     });
                     let square = squares.sum::<f64>() / 3.0;
@@ -88,9 +88,7 @@ fn inner(mask: &Mask) -> Vec<bool> {
     let shrunk = |solid: &[bool], length: usize, step: usize, at: &dyn Fn(usize) -> usize| {
         let within = |p: usize| {
             let place = at(p);
-            place >= reach
-                && place + reach < length
-                && (0..=2 * reach).all(|i| solid[p + i * step - reach * step])
+            place >= reach && place + reach < length && (0..=2 * reach).all(|i| solid[p + i * step - reach * step])
         };
         (0..solid.len()).map(within).collect::<Vec<bool>>()
     };
@@ -140,9 +138,9 @@ mod tests {
         let moved = measured(&moved, &truths).unwrap();
         assert!(moved.error_share > 0.1 && moved.psnr_db < 12.0, "{moved:?}");
         // Errors away from the edges do not count.
-        let dark = truths.clone().map(|olat| {
-            Raster::from_fn(80, 80, |x, y| olat.at(x, y).map(|v| if x < 20 { 0.5 * v } else { v }))
-        });
+        let dark = truths
+            .clone()
+            .map(|olat| Raster::from_fn(80, 80, |x, y| olat.at(x, y).map(|v| if x < 20 { 0.5 * v } else { v })));
         let dark = measured(&dark, &truths).unwrap();
         assert_eq!((dark.error_share, dark.psnr_db), (0.0, 120.0));
         // Texture common to all lamps is not a shadow.

@@ -69,9 +69,7 @@ mod tests {
         let blend = |share: f32| {
             let other = pattern(48, 32, 2).0;
             let pairs = a.0.pixels.iter().zip(&other.pixels);
-            let mix = |(p, q): (&[f32; 3], &[f32; 3])| {
-                std::array::from_fn(|c| p[c] + share * (q[c] - p[c]))
-            };
+            let mix = |(p, q): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| p[c] + share * (q[c] - p[c]));
             let pixels = pairs.map(mix).collect();
             Encoded(Raster { pixels, ..other })
         };
@@ -84,11 +82,8 @@ mod tests {
             let map = ssim(&a, &blend(share)).unwrap();
             let inner = (5..27).flat_map(|y| (5..43).map(move |x| (x, y)));
             let values: Vec<f64> = inner.map(|(x, y)| f64::from(map.at(x, y))).collect();
-            let found = [
-                values.iter().sum::<f64>() / values.len() as f64,
-                f64::from(map.at(24, 16)),
-                f64::from(map.at(7, 9)),
-            ];
+            let found =
+                [values.iter().sum::<f64>() / values.len() as f64, f64::from(map.at(24, 16)), f64::from(map.at(7, 9))];
             for (found, wanted) in found.into_iter().zip(wanted) {
                 assert!((found - wanted).abs() < 1e-4, "{share}: {found}, not {wanted}");
             }

@@ -16,8 +16,7 @@ pub struct Row<'a> {
 
 /// Table with a column per environment, one for the OLATs and one for the cost.
 pub fn markdown(rows: &[Row]) -> String {
-    let environments: BTreeSet<&String> =
-        rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();
+    let environments: BTreeSet<&String> = rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();
     let decibels = |db: Option<&f64>| match db {
         None => "–".to_owned(),
         Some(&db) if db >= MAX_DECIBELS => "exact".to_owned(),
@@ -67,10 +66,7 @@ mod tests {
             Row { name: "network", cost: "18 min", scores: &b },
         ]);
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(
-            lines[0],
-            "| method | grace, dB | pisa, dB | OLATs, dB | frames | ms a frame | cost |"
-        );
+        assert_eq!(lines[0], "| method | grace, dB | pisa, dB | OLATs, dB | frames | ms a frame | cost |");
         assert_eq!(lines[1], "|---|---:|---:|---:|---:|---:|---|");
         assert_eq!(lines[2], "| ratio | 24.2 | – | exact | 2 | 12.3 |  |");
         assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 12.3 | 18 min |");

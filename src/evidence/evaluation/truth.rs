@@ -55,18 +55,11 @@ impl Truth {
         };
         let there = |frame: usize, name: &str| truth.relit_path(frame, name).is_file();
         let every = 0..shoot.frames.len();
-        let environments: Vec<NamedEnvironment> = shoot
-            .environments
-            .iter()
-            .filter(|e| every.clone().any(|f| there(f, &e.name)))
-            .cloned()
-            .collect();
-        let frames: Vec<usize> =
-            every.filter(|&f| environments.iter().any(|e| there(f, &e.name))).collect();
-        let missing = frames
-            .iter()
-            .flat_map(|&f| environments.iter().map(move |e| (f, e)))
-            .find(|&(f, e)| !there(f, &e.name));
+        let environments: Vec<NamedEnvironment> =
+            shoot.environments.iter().filter(|e| every.clone().any(|f| there(f, &e.name))).cloned().collect();
+        let frames: Vec<usize> = every.filter(|&f| environments.iter().any(|e| there(f, &e.name))).collect();
+        let missing =
+            frames.iter().flat_map(|&f| environments.iter().map(move |e| (f, e))).find(|&(f, e)| !there(f, &e.name));
         if let Some((frame, environment)) = missing {
             let path = truth.relit_path(frame, &environment.name);
             let remedy = "Complete the truth, or remove that frame from it";
@@ -123,10 +116,7 @@ impl Truth {
     /// When a picture cannot be read.
     pub fn olats_at(&self, frame: usize, at: PictureSize) -> Result<Vec<Image>> {
         let folder = self.olat_folder(frame);
-        self.lamps
-            .par_iter()
-            .map(|lamp| self.read(&folder.join(format!("{lamp}.exr")), at))
-            .collect()
+        self.lamps.par_iter().map(|lamp| self.read(&folder.join(format!("{lamp}.exr")), at)).collect()
     }
 
     fn relit_path(&self, frame: usize, environment: &str) -> PathBuf {
@@ -177,13 +167,7 @@ mod tests {
     fn a_truth_in_fewer_pixels_shows_the_same_square() -> Result<()> {
         let folder = tempfile::tempdir().unwrap();
         let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-        let stage = StageSettings {
-            frames: 1,
-            size: 48,
-            plate: Some((24, 48)),
-            lamps: 4,
-            ..StageSettings::default()
-        };
+        let stage = StageSettings { frames: 1, size: 48, plate: Some((24, 48)), lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &silent)?;
         let settings = ImportSettings { size: 16, seed: 0, layer: None };
         let root = folder.path().join("project");
@@ -198,10 +182,7 @@ mod tests {
         let alike = shown(Framing::whole((24, 48)))?;
         assert_eq!(alike.size(), (16, 16));
         // Frames of twice the size; then a square whose edges fall inside the truth's pixels, at two frame sizes.
-        let odd = |(width, height): (usize, usize), side| Framing {
-            side,
-            ..Framing::whole((width, height))
-        };
+        let odd = |(width, height): (usize, usize), side| Framing { side, ..Framing::whole((width, height)) };
         let squares = [Framing::whole((48, 96)), odd((30, 60), 53), odd((60, 120), 106)];
         let mut seen = vec![];
         for framing in squares {
@@ -209,8 +190,7 @@ mod tests {
             for name in ["interview/frame_000.png", "interview_masks/frame_000.png"] {
                 let path = shoot.join(name);
                 let picture = image::open(&path).unwrap();
-                let resized =
-                    picture.resize_exact(width, height, image::imageops::FilterType::Nearest);
+                let resized = picture.resize_exact(width, height, image::imageops::FilterType::Nearest);
                 resized.save(path).unwrap();
             }
             seen.push(shown(framing)?);

@@ -29,8 +29,7 @@ fn shoot() -> Option<&'static Shoot> {
     let stage = shared("data/stage")?;
     let shoot = SHOOT.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let (settings, silent) =
-            (ImportSettings { size: 256, seed: 0, layer: None }, Progress::silent());
+        let (settings, silent) = (ImportSettings { size: 256, seed: 0, layer: None }, Progress::silent());
         let mut project = import(folder.path(), &stage, &settings, &silent).unwrap();
         let settings = CalibrateSettings::default();
         Shoot {
@@ -85,11 +84,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
         let weights = table.at(0.25 * frame as f32).per_lamp;
         let relit = relight(field, &weights, &lit_lamps(&weights));
         let inside = relit.pixels.iter().zip(subject).filter(|(_, inside)| **inside);
-        inside
-            .flat_map(|(p, _)| {
-                p.map(|v| 255.0 * f64::from(srgb_from_linear(gain * v).clamp(0.0, 1.0)))
-            })
-            .collect()
+        inside.flat_map(|(p, _)| p.map(|v| 255.0 * f64::from(srgb_from_linear(gain * v).clamp(0.0, 1.0)))).collect()
     };
     let root = |values: &mut dyn Iterator<Item = f64>, count: usize| {
         (values.map(|v| v * v).sum::<f64>() / count as f64).sqrt()
@@ -116,9 +111,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
 fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells() {
     const SIZE: usize = 64;
     let park = shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr");
-    let (Some(shoot), Some(park)) = (shoot(), park) else {
-        return;
-    };
+    let (Some(shoot), Some(park)) = (shoot(), park) else { return };
     let park = light::panorama::load(&park).unwrap();
     let index = shoot.truth.frames[0];
     let olats = shoot.truth.olats(index).unwrap();
@@ -157,9 +150,7 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
 
 #[test]
 fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
-    let (Some(shoot), Some(folder)) = (shoot(), shared("data/hdri")) else {
-        return;
-    };
+    let (Some(shoot), Some(folder)) = (shoot(), shared("data/hdri")) else { return };
     let rig = &shoot.calibration.rig;
     let partition = Partition::new(Weighting::default(), rig);
     let olats = shoot.truth.olats(shoot.truth.frames[0]).unwrap();
@@ -175,8 +166,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         let energy = environment.energy();
         for c in 0..3 {
             let lamps = weights.per_lamp.iter().zip(&rig.lamps);
-            let given: f64 =
-                lamps.map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c])).sum();
+            let given: f64 = lamps.map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c])).sum();
             let off = (given / energy[c] - 1.0).abs();
             assert!(off < 1e-4, "{}: {given} of {}", path.display(), energy[c]);
         }

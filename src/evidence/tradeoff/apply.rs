@@ -78,16 +78,13 @@ pub fn apply(project: &Project, name: &str, progress: &Progress) -> Result<Appli
         checkpoint::link(&from, &present)?;
     } else if present.exists() {
         // The network is already among the saved ones.
-        std::fs::remove_dir_all(&present).map_err(|e| {
-            Error::io("remove", &present, e, "Check that the folder can be written")
-        })?;
+        std::fs::remove_dir_all(&present)
+            .map_err(|e| Error::io("remove", &present, e, "Check that the folder can be written"))?;
     }
     for log in ["training.csv", "held_out.csv"] {
         let from = run_folder(&project, network, found.seed).join(log);
         if from.exists() {
-            write_beside(&project.result_path(log), |out| {
-                std::io::copy(&mut files::open(&from)?, out).map(drop)
-            })?;
+            write_beside(&project.result_path(log), |out| std::io::copy(&mut files::open(&from)?, out).map(drop))?;
         }
     }
     ledger.applied = Some(name.to_owned());

@@ -15,9 +15,7 @@ rendering,rendering_end,perceptual,pixel,features,steadiness,storage,components,
 /// words. Unknown figures are empty.
 pub fn csv(rungs: &[Measured], machine: &Machine, compared_with: &str) -> String {
     let mut text = format!("{COLUMNS}\n");
-    let known = |value: Option<f64>, digits: usize| {
-        value.map_or(String::new(), |value| format!("{value:.digits$}"))
-    };
+    let known = |value: Option<f64>, digits: usize| value.map_or(String::new(), |value| format!("{value:.digits$}"));
     for (measured, on_front) in rungs.iter().zip(front(rungs)) {
         let (rung, config) = (&measured.rung, &measured.rung.network.config);
         let features = config.features.as_ref();
@@ -97,9 +95,5 @@ fn effects(effects: &Effects) -> String {
 
 /// A field quoted as in RFC 4180.
 fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }

@@ -11,9 +11,8 @@ pub fn front(rungs: &[Measured]) -> Vec<bool> {
     };
     let all: Vec<Option<(f64, f64)>> = rungs.iter().map(place).collect();
     let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
-    let on = |mine: &Option<(f64, f64)>| {
-        mine.is_some_and(|mine| !all.iter().flatten().any(|&other| beats(other, mine)))
-    };
+    let on =
+        |mine: &Option<(f64, f64)>| mine.is_some_and(|mine| !all.iter().flatten().any(|&other| beats(other, mine)));
     all.iter().map(on).collect()
 }
 

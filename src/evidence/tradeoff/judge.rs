@@ -48,9 +48,7 @@ impl Against {
             return Ok(Self::Pose(pose));
         }
         Err(Error::invalid(
-            format!(
-                "pose {pose} cannot be held out: the shoot has {poses} poses, counted from 0, and one must stay"
-            ),
+            format!("pose {pose} cannot be held out: the shoot has {poses} poses, counted from 0, and one must stay"),
             ("Choose another pose, or compare with truth", "--hold-out POSE, or --truth DIR"),
         ))
     }
@@ -136,33 +134,20 @@ impl Judge {
         });
         let lit: Vec<Lit> = lit.collect::<Result<_>>()?;
         let mut room = MOST_OLATS;
-        let mut judge =
-            Self { lit, truths: Vec::new(), olats: Vec::new(), subject: Subject::Truth(truth, at) };
-        let Subject::Truth(truth, at) = &judge.subject else {
-            return Err(Error::bug("a truth is no longer one"));
-        };
+        let mut judge = Self { lit, truths: Vec::new(), olats: Vec::new(), subject: Subject::Truth(truth, at) };
+        let Subject::Truth(truth, at) = &judge.subject else { return Err(Error::bug("a truth is no longer one")) };
         for &frame in &truth.frames {
             let relit = judge.lit.iter().map(|lit| truth.relit_at(frame, &lit.name, *at));
             judge.truths.push(relit.collect::<Result<_>>()?);
-            let olats = if truth.has_olats(frame) && room > 0 {
-                Some(truth.olats_at(frame, *at)?)
-            } else {
-                None
-            };
-            let bytes: usize =
-                (olats.iter().flatten()).map(|olat| size_of_val(&olat.pixels[..])).sum();
+            let olats = if truth.has_olats(frame) && room > 0 { Some(truth.olats_at(frame, *at)?) } else { None };
+            let bytes: usize = (olats.iter().flatten()).map(|olat| size_of_val(&olat.pixels[..])).sum();
             room = room.saturating_sub(bytes);
             judge.olats.push(olats);
         }
         Ok(judge)
     }
 
-    fn from_pose(
-        project: &Project,
-        calibration: &Calibration,
-        pose: usize,
-        most: usize,
-    ) -> Result<Self> {
+    fn from_pose(project: &Project, calibration: &Calibration, pose: usize, most: usize) -> Result<Self> {
         let mut large = project.clone();
         large.settings.size = exemplar_size(project)?.min(most).max(project.settings.size);
         let exemplar = Exemplar::load(&large, &calibration.response, pose)?;
@@ -230,11 +215,8 @@ impl Judge {
             Subject::Pose(pose, radiance, matte) => {
                 let exemplar = Exemplar::load(variant, response, *pose)?;
                 let light = calibration.interview_light();
-                let frame = Frame {
-                    index: 0,
-                    plate: exemplar.relit_by_all(variant, response, &light)?,
-                    mask: exemplar.mask,
-                };
+                let frame =
+                    Frame { index: 0, plate: exemplar.relit_by_all(variant, response, &light)?, mask: exemplar.mask };
                 let side = matte.width;
                 let square = PlateSquare { x: 0.0, y: 0.0, side: side as f32 };
                 let plate = (side != frame.mask.width)
@@ -271,10 +253,6 @@ fn environments(project: &Project) -> Result<Vec<Lit>> {
         return Ok(own);
     }
     let built_in = ["courtyard", "nave"].into_iter().filter_map(built_in::named);
-    let built_in = built_in.map(|own| Lit {
-        name: own.name.to_owned(),
-        environment: own.environment(),
-        yaw_deg: 0.0,
-    });
+    let built_in = built_in.map(|own| Lit { name: own.name.to_owned(), environment: own.environment(), yaw_deg: 0.0 });
     Ok(built_in.collect())
 }

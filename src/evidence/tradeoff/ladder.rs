@@ -91,9 +91,7 @@ fn base_minutes(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// Setting that a rung changes.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Knob {
     /// Training time of the network; 0: carried-over exemplars alone.
@@ -359,9 +357,7 @@ fn with_minutes(facts: &Facts, settings: &TradeoffSettings, unit: f64) -> Vec<Ru
             rung.network.config.depth = Some(depth);
         });
     }
-    for (value, first, last) in
-        [("0", 0.0, None), ("0.5-to-0", 0.5, Some(0.0)), ("0-to-0.5", 0.0, Some(0.5))]
-    {
+    for (value, first, last) in [("0", 0.0, None), ("0.5-to-0", 0.5, Some(0.0)), ("0-to-0.5", 0.0, Some(0.5))] {
         turn(Knob::Rendering, value.to_owned(), &|rung| {
             rung.network.config.rendering = first;
             rung.network.config.rendering_end = last;
@@ -414,8 +410,7 @@ impl Rung {
     /// Combines this rung with the change from `base` to `other`, which must be another knob.
     #[must_use]
     pub(crate) fn and(mut self, other: &Self, base: &Self) -> Self {
-        let (mine, theirs, plain) =
-            (&mut self.network.config, &other.network.config, &base.network.config);
+        let (mine, theirs, plain) = (&mut self.network.config, &other.network.config, &base.network.config);
         if theirs.width != plain.width {
             (mine.width, mine.most_channels) = (theirs.width, theirs.most_channels);
         }
@@ -441,8 +436,7 @@ impl Rung {
         if other.network.lamps != base.network.lamps {
             self.network.lamps = other.network.lamps;
         }
-        if other.show.storage != base.show.storage || other.show.components != base.show.components
-        {
+        if other.show.storage != base.show.storage || other.show.components != base.show.components {
             self.show.storage = other.show.storage;
             self.show.components = other.show.components;
         }

@@ -97,12 +97,7 @@ impl Ledger {
     ///
     /// # Errors
     /// When the project's files cannot be read.
-    pub(crate) fn new(
-        project: &Project,
-        settings: &TradeoffSettings,
-        against: Against,
-        device: &str,
-    ) -> Result<Self> {
+    pub(crate) fn new(project: &Project, settings: &TradeoffSettings, against: Against, device: &str) -> Result<Self> {
         Ok(Self {
             format: FORMAT,
             machine: Machine::this(),
@@ -132,8 +127,8 @@ impl Ledger {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(Error::io("open", &path, e, REMEDY)),
         };
-        let ledger: Self = serde_json::from_str(&text)
-            .map_err(|e| Error::codec("read", &path, e.to_string(), REMEDY))?;
+        let ledger: Self =
+            serde_json::from_str(&text).map_err(|e| Error::codec("read", &path, e.to_string(), REMEDY))?;
         if ledger.format != FORMAT {
             return Err(Error::invalid(
                 format!(
@@ -153,10 +148,9 @@ impl Ledger {
     /// When a file cannot be written.
     pub(crate) fn save(&self, project: &Project) -> Result<()> {
         let folder = folder(project);
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::bug(format!("the ladder cannot be written: {e}")))?;
-        let write =
-            |path: &Path, text: &str| write_beside(path, |out| out.write_all(text.as_bytes()));
+        let text =
+            serde_json::to_string_pretty(self).map_err(|e| Error::bug(format!("the ladder cannot be written: {e}")))?;
+        let write = |path: &Path, text: &str| write_beside(path, |out| out.write_all(text.as_bytes()));
         write(&folder.join(NAME), &text)?;
         write(&folder.join("ladder.csv"), &csv(&self.rungs, &self.machine, &self.compared_with))
     }
@@ -243,9 +237,8 @@ impl Ledger {
         let free = (1..).map(|n| project.root.join(format!("tradeoff-aside-{n}")));
         // The numbers never run out.
         let to = free.into_iter().find(|to| !to.exists()).unwrap_or_default();
-        std::fs::rename(&from, &to).map_err(|e| {
-            Error::io("move", &from, e, "Check that the project's folder can be written")
-        })?;
+        std::fs::rename(&from, &to)
+            .map_err(|e| Error::io("move", &from, e, "Check that the project's folder can be written"))?;
         Ok(to)
     }
 }
@@ -261,7 +254,6 @@ fn basis(project: &Project) -> Result<u32> {
     let lamps = settings.shoot.all_lamps().len();
     (settings.shoot.lamps, settings.shoot.other_lamps) = (Vec::new(), Vec::new());
     settings.shoot.lamp_layout.clear();
-    let text = serde_json::to_string(&settings)
-        .map_err(|e| Error::bug(format!("the settings cannot be read: {e}")))?;
+    let text = serde_json::to_string(&settings).map_err(|e| Error::bug(format!("the settings cannot be read: {e}")))?;
     Ok(crc32fast::hash(format!("{lamps} {text}").as_bytes()))
 }

@@ -6,9 +6,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::reference::extend_edges;
-use compositor::{
-    EnvironmentLight, Extra, Field, FieldEncoder, Identity, Ingredients, Picture, Series, Upstream,
-};
+use compositor::{EnvironmentLight, Extra, Field, FieldEncoder, Identity, Ingredients, Picture, Series, Upstream};
 use evaluation::flicker;
 use evaluation::metrics::{Compared, encoded, psnr};
 use evaluation::{Fidelity, at_plate, at_truths_size, fidelity};
@@ -57,12 +55,7 @@ impl Spread {
     /// Scales the times by `factor`.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
-        Self {
-            median: factor * self.median,
-            low: factor * self.low,
-            high: factor * self.high,
-            ..self
-        }
+        Self { median: factor * self.median, low: factor * self.low, high: factor * self.high, ..self }
     }
 
     fn from_times(mut times: Vec<f64>) -> Self {
@@ -150,8 +143,7 @@ impl Keeper {
                     *basis = LampBasis::from_fields(&[&field]);
                 }
                 let kept = basis.as_ref().and_then(|basis| basis.compress(&field, *count));
-                let kept =
-                    kept.ok_or_else(|| Error::bug("a field does not fit its own components"))?;
+                let kept = kept.ok_or_else(|| Error::bug("a field does not fit its own components"))?;
                 Ok(kept.into())
             }
         }
@@ -206,11 +198,7 @@ pub fn measure(
         for (number, weights) in weights.iter().enumerate() {
             let at = (case.plate.as_ref(), &case.frame.mask);
             let picture = at_plate(field.relight(weights)?, at, weights);
-            relit[number].push(Pair::new(
-                &case,
-                vec![picture],
-                vec![judge.relit(index, number).clone()],
-            ));
+            relit[number].push(Pair::new(&case, vec![picture], vec![judge.relit(index, number).clone()]));
         }
         if let Some(truths) = judge.olats(index).filter(|truths| truths.len() == field.lamps()) {
             let alone = |lamp: usize| {
@@ -242,8 +230,7 @@ pub fn measure(
     );
     let flicker = flicker::if_possible(found, progress)?;
     let timed = timed.ok_or_else(|| Error::bug("there was nothing to compare"))?;
-    let distance =
-        lpips.map(|lpips| |truth: &Encoded, picture: &Encoded| lpips.distance(truth, picture));
+    let distance = lpips.map(|lpips| |truth: &Encoded, picture: &Encoded| lpips.distance(truth, picture));
     let mut all = Fidelity::default();
     let mut relit_psnr_db = Vec::new();
     for (lit, pairs) in lit.iter().zip(&relit) {
@@ -257,8 +244,7 @@ pub fn measure(
         all.lpips = found.lpips.map(|found| all.lpips.unwrap_or(0.0) + share * found);
     }
     let compared: Vec<Compared> = olats.iter().map(Pair::compared).collect();
-    let olat_psnr_db =
-        (!compared.is_empty()).then(|| psnr(&compared).map(|found| found.mean_db)).transpose()?;
+    let olat_psnr_db = (!compared.is_empty()).then(|| psnr(&compared).map(|found| found.mean_db)).transpose()?;
     let [picture, truth] = shown(&relit[0])?;
     Ok(Found {
         timed: timed.frame,
@@ -277,8 +263,7 @@ pub fn measure(
 
 /// The environment at the rung's size.
 fn reduced(lit: &Lit, show: &Show) -> Lit {
-    let columns =
-        show.environment_columns.filter(|&columns| columns < lit.environment.radiance.width);
+    let columns = show.environment_columns.filter(|&columns| columns < lit.environment.radiance.width);
     Lit {
         name: lit.name.clone(),
         environment: columns.map_or_else(
@@ -362,13 +347,7 @@ struct Timer<'a> {
 }
 
 impl<'a> Timer<'a> {
-    fn new(
-        show: &'a Show,
-        trained: &'a Trained,
-        compute: &'a ComputeDevice,
-        case: &'a Case,
-        lit: &'a Lit,
-    ) -> Self {
+    fn new(show: &'a Show, trained: &'a Trained, compute: &'a ComputeDevice, case: &'a Case, lit: &'a Lit) -> Self {
         Self {
             show,
             trained,
@@ -435,9 +414,7 @@ fn time([rung, base]: &mut [Timer; 2], progress: &Progress) -> Result<Timed> {
     base.picture(Effects::default())?;
     let (mut times, mut predictions, mut bases) = (Vec::new(), Vec::new(), Vec::new());
     let began = Instant::now();
-    while times.len() < *TIMED.end()
-        && (times.len() < *TIMED.start() || began.elapsed() < TIMED_FOR)
-    {
+    while times.len() < *TIMED.end() && (times.len() < *TIMED.start() || began.elapsed() < TIMED_FOR) {
         progress.check("Earlier measurements are kept")?;
         let timed = rung.picture(effects)?;
         times.push(timed.whole_ms);

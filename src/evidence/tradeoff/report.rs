@@ -44,19 +44,12 @@ impl TradeoffReport {
         for failure in &self.failures {
             text += &format!("  {} was left out: {}\n", failure.rung, failure.sentence);
         }
-        text += &format!(
-            "* no other setting is both faster and closer to the truth. Table: {}",
-            self.table.display()
-        );
+        text += &format!("* no other setting is both faster and closer to the truth. Table: {}", self.table.display());
         text
     }
 }
 
 /// Seed of a rung, if there is more than one.
 fn seed_words(all: &[Measured], measured: &Measured) -> String {
-    if all.iter().any(|m| m.seed != measured.seed) {
-        format!(" (seed {})", measured.seed)
-    } else {
-        String::new()
-    }
+    if all.iter().any(|m| m.seed != measured.seed) { format!(" (seed {})", measured.seed) } else { String::new() }
 }

@@ -31,11 +31,7 @@ use transfer::OlatPredictor;
 /// # Errors
 /// When the project has no calibration, there is no reference, files cannot be read or written, or the user stops it. A
 /// rung that fails alone is left out and listed.
-pub fn tradeoff(
-    project: &Project,
-    settings: &TradeoffSettings,
-    progress: &Progress,
-) -> Result<TradeoffReport> {
+pub fn tradeoff(project: &Project, settings: &TradeoffSettings, progress: &Progress) -> Result<TradeoffReport> {
     settings.check()?;
     project.check_shoot()?;
     project.check_parts()?;
@@ -104,13 +100,7 @@ impl<'a> Climb<'a> {
             precisions: precisions(compute),
         };
         let most = rungs(&facts, settings).iter().map(|rung| rung.network.size).max();
-        let judge = Judge::open(
-            &base,
-            &calibration,
-            &ledger.against,
-            settings.at,
-            most.unwrap_or(facts.size),
-        )?;
+        let judge = Judge::open(&base, &calibration, &ledger.against, settings.at, most.unwrap_or(facts.size))?;
         let columns = judge.lit.iter().map(|lit| lit.environment.radiance.width);
         facts.environment_columns = columns.max().unwrap_or(0);
         let rungs = rungs(&facts, settings);
@@ -154,9 +144,8 @@ impl<'a> Climb<'a> {
         let aside = Ledger::set_aside(project)?;
         let aside = aside.display();
         match old {
-            Ok(()) => progress.say(format!(
-                "Moved earlier measurements, with other settings or from another machine, to {aside}"
-            )),
+            Ok(()) => progress
+                .say(format!("Moved earlier measurements, with other settings or from another machine, to {aside}")),
             Err(e) => progress.report(format!("{e}. Moved to {aside}"), &e),
         }
         Ok(new)
@@ -166,13 +155,11 @@ impl<'a> Climb<'a> {
     fn all(&mut self, progress: &Progress) -> Result<()> {
         let first = self.project.settings.seed;
         let seeds = first..first + self.settings.seeds;
-        let wants_together =
-            self.settings.knobs.is_empty() || self.settings.knobs.contains(&Knob::Together);
+        let wants_together = self.settings.knobs.is_empty() || self.settings.knobs.contains(&Knob::Together);
         let [sooner, _] = order(&self.rungs, seeds.clone());
         if self.some(sooner, progress)? {
             if wants_together {
-                let first_seed: Vec<&Measured> =
-                    (self.ledger.rungs.iter()).filter(|m| m.seed == first).collect();
+                let first_seed: Vec<&Measured> = (self.ledger.rungs.iter()).filter(|m| m.seed == first).collect();
                 let together = together(&first_seed);
                 self.ledger.planned += together.len() * self.settings.seeds as usize;
                 self.rungs.extend(together);
@@ -220,11 +207,7 @@ impl<'a> Climb<'a> {
             Err(stopped @ (Error::Cancelled { .. } | Error::GpuLost)) => return Err(stopped),
             Err(e) => {
                 progress.report(format!("Left out {}: {e}", rung.name), &e);
-                self.ledger.failures.push(Failure {
-                    rung: rung.name.clone(),
-                    seed,
-                    sentence: e.to_string(),
-                });
+                self.ledger.failures.push(Failure { rung: rung.name.clone(), seed, sentence: e.to_string() });
             }
         }
         self.ledger.save(self.project)
@@ -240,8 +223,7 @@ impl<'a> Climb<'a> {
                 if self.ledger.measured(&rung.name, seed).is_some() {
                     continue;
                 }
-                let trained =
-                    mark(self.project, &rung.network, rung.minutes, seed).join("checkpoint.toml");
+                let trained = mark(self.project, &rung.network, rung.minutes, seed).join("checkpoint.toml");
                 if trained.exists() {
                     continue;
                 }
@@ -256,19 +238,13 @@ impl<'a> Climb<'a> {
     }
 
     /// Trained network of a rung, and the folder of its weights.
-    fn trained(
-        &mut self,
-        rung: &Rung,
-        seed: u64,
-        progress: &Progress,
-    ) -> Result<(Trained, PathBuf)> {
-        let (variant, calibration) =
-            variant(&self.base, self.project, &rung.network, seed, progress)?;
+    fn trained(&mut self, rung: &Rung, seed: u64, progress: &Progress) -> Result<(Trained, PathBuf)> {
+        let (variant, calibration) = variant(&self.base, self.project, &rung.network, seed, progress)?;
         let mark = self.train(rung, seed, &variant, &calibration, progress)?;
         let network = (rung.minutes > 0.0).then_some(&*mark);
         let device = &self.compute.device;
-        let mut predictor = OlatPredictor::open_at(&variant, &calibration, network, device)?
-            .with_detail(&variant, &calibration)?;
+        let mut predictor =
+            OlatPredictor::open_at(&variant, &calibration, network, device)?.with_detail(&variant, &calibration)?;
         if let Some(pose) = self.judge.held_out() {
             predictor = predictor.without(pose);
         }
@@ -288,15 +264,7 @@ impl<'a> Climb<'a> {
             }
         };
         let base = self.timed_base.insert(base);
-        let found = measure(
-            rung,
-            &trained,
-            base,
-            self.compute,
-            &self.judge,
-            self.lpips.as_ref(),
-            progress,
-        )?;
+        let found = measure(rung, &trained, base, self.compute, &self.judge, self.lpips.as_ref(), progress)?;
         let pictures = folder(self.project).join("pictures");
         let picture = format!("{}-{seed}.png", file_name(&rung.name));
         write_png(&pictures.join("truth.png"), &found.truth)?;
@@ -367,11 +335,7 @@ impl<'a> Climb<'a> {
         };
         let exemplars = |network: &Network| area(network) * network.lamps as u64;
         let base_rung = &base.rung;
-        let kept = base.cost.memory_bytes.saturating_sub(own(
-            &base_rung.network,
-            &base_rung.show,
-            bases.parameters,
-        ));
+        let kept = base.cost.memory_bytes.saturating_sub(own(&base_rung.network, &base_rung.show, bases.parameters));
         let kept = kept as f64 * share(exemplars(&rung.network), exemplars(&base_rung.network));
         let parameters = if rung.minutes > 0.0 { mine.parameters } else { 0 };
         let disk = base.cost.disk_bytes as f64 * share(parameters, bases.parameters);
@@ -425,9 +389,7 @@ impl<'a> Climb<'a> {
         };
         train(variant, calibration, &settings, progress)?;
         // A stopped training continues in the next run.
-        progress.check(
-            "All earlier measurements are kept, and so is the network that was being trained",
-        )?;
+        progress.check("All earlier measurements are kept, and so is the network that was being trained")?;
         checkpoint::link(&variant.checkpoint_path(), &mark)?;
         Ok(mark)
     }

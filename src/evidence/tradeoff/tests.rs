@@ -17,8 +17,7 @@ fn project(folder: &Path) -> Result<Project> {
     let stage = StageSettings { frames: 3, size: 32, lamps: 8, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent)?;
     let root = folder.join("film");
-    let mut project =
-        import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
+    let mut project = import(&root, &shoot, &ImportSettings { size: 16, seed: 1, layer: None }, &silent)?;
     calibrate(&mut project, &CalibrateSettings::default(), &silent)?.save(&project)?;
     Project::open(&root)
 }
@@ -124,15 +123,11 @@ fn the_base_comes_first_with_all_seeds_and_other_seeds_of_other_knobs_last() {
 
 #[test]
 fn a_precision_is_a_rung_where_the_device_knows_it() {
-    let facts = Facts {
-        precisions: vec![reflectance::Precision::Full, reflectance::Precision::Mixed],
-        ..facts()
-    };
+    let facts = Facts { precisions: vec![reflectance::Precision::Full, reflectance::Precision::Mixed], ..facts() };
     let all = rungs(&facts, &TradeoffSettings::default());
-    for (name, precision) in [
-        ("precision=full", reflectance::Precision::Full),
-        ("precision=mixed", reflectance::Precision::Mixed),
-    ] {
+    for (name, precision) in
+        [("precision=full", reflectance::Precision::Full), ("precision=mixed", reflectance::Precision::Mixed)]
+    {
         let rung = all.iter().find(|rung| rung.name == name).unwrap();
         assert_eq!(rung.network.config.precision, precision);
         assert_eq!(rung.network.name, name);
@@ -153,8 +148,7 @@ fn a_ladder_keeps_its_time_and_the_base_is_measured_in_any_case() -> Result<()> 
         ..TradeoffSettings::default()
     };
     let report = tradeoff(&project, &settings, &Progress::silent())?;
-    let found: Vec<(&str, u64)> =
-        (report.rungs.iter()).map(|m| (m.rung.name.as_str(), m.seed)).collect();
+    let found: Vec<(&str, u64)> = (report.rungs.iter()).map(|m| (m.rung.name.as_str(), m.seed)).collect();
     assert_eq!(found, [("base", 1), ("base", 2)]);
     // However busy the machine is, networks with equal minutes get equal steps.
     assert_eq!(report.rungs[0].steps, report.rungs[1].steps);
@@ -317,10 +311,7 @@ fn a_ladder_that_was_stopped_goes_on_and_a_rung_is_taken_over() -> Result<()> {
     let changed = Project::open(&project.root)?;
     assert_eq!(changed.settings.shoot.lamps.len(), 6);
     assert!(applied.aside.is_some());
-    let predictor = reflectance::Predictor::open(
-        &changed,
-        &gpu::ComputeDevice::choose(settings.device).device,
-    )?;
+    let predictor = reflectance::Predictor::open(&changed, &gpu::ComputeDevice::choose(settings.device).device)?;
     assert_eq!(predictor.info().network.lamps, 6);
     Calibration::load(&changed)?;
     apply(&changed, "base", &Progress::silent())?;
@@ -359,19 +350,13 @@ fn a_pose_is_held_out_where_there_is_no_truth_and_other_settings_set_aside() -> 
     assert!(report.compared_with.contains(held_out.as_str()), "{}", report.compared_with);
     // Kinds of weights cannot be compared without a truth.
     assert!(report.rungs.iter().all(|m| m.rung.knob != Some(Knob::Weights)));
-    let effects: Vec<&Measured> =
-        report.rungs.iter().filter(|m| m.rung.knob == Some(Knob::Effects)).collect();
+    let effects: Vec<&Measured> = report.rungs.iter().filter(|m| m.rung.knob == Some(Knob::Effects)).collect();
     assert!(effects.len() > 4 && effects.iter().all(|m| m.changes_db.is_some()));
     assert!(effects.iter().any(|m| m.changes_db.unwrap() < 40.0));
-    let other =
-        TradeoffSettings { hold_out: Some(0), knobs: vec![Knob::Field], ..settings.clone() };
+    let other = TradeoffSettings { hold_out: Some(0), knobs: vec![Knob::Field], ..settings.clone() };
     tradeoff(&project, &other, &Progress::silent())?;
     assert!(project.root.join("tradeoff-aside-1/ladder.json").exists());
-    let refused = tradeoff(
-        &project,
-        &TradeoffSettings { hold_out: Some(99), ..settings.clone() },
-        &Progress::silent(),
-    );
+    let refused = tradeoff(&project, &TradeoffSettings { hold_out: Some(99), ..settings.clone() }, &Progress::silent());
     assert!(refused.unwrap_err().to_string().contains("pose 99"));
     let square = TradeoffSettings { at: PictureSize::Square, ..settings };
     assert!(tradeoff(&project, &square, &Progress::silent()).is_err());

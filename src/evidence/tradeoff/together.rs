@@ -13,9 +13,7 @@ const FASTER: f64 = 0.95;
 /// Promising combinations: of changes that gain, and of changes that are faster without losing much. Only combinations
 /// of at least two knobs are new.
 pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
-    let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else {
-        return Vec::new();
-    };
+    let Some(base) = measured.iter().find(|m| m.rung.name == BASE) else { return Vec::new() };
     let knob_rungs = |knob: Knob| measured.iter().filter(move |m| m.rung.knob == Some(knob));
     let knobs = [
         Knob::Size,
@@ -32,8 +30,7 @@ pub(super) fn together(measured: &[&Measured]) -> Vec<Rung> {
         let gaining = knob_rungs(knob).filter(|m| gain(m) > GAIN_DB);
         gaining.max_by(|a, b| gain(a).total_cmp(&gain(b)))
     });
-    let is_cheap =
-        |m: &&&Measured| gain(m) > -LOSS_DB && m.frame.median <= FASTER * base.frame.median;
+    let is_cheap = |m: &&&Measured| gain(m) > -LOSS_DB && m.frame.median <= FASTER * base.frame.median;
     let fast = knobs.map(|knob| {
         let cheap = knob_rungs(knob).filter(is_cheap);
         cheap.min_by(|a, b| a.frame.median.total_cmp(&b.frame.median))

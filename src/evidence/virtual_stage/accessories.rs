@@ -16,13 +16,8 @@ pub fn glasses(q: Vec3) -> f32 {
     let s = Vec3::new(q.x.abs(), q.y, q.z);
     let p = s - LENS;
     let rim = Vec2::new(p.truncate().length() - LENS_RADIUS, p.z - bulge(p)).length() - 0.0016;
-    let bridge = rod(
-        s,
-        Vec3::new(0.0, 0.0055, 0.0985),
-        Vec3::new(LENS.x - LENS_RADIUS + 0.002, 0.0035, LENS.z),
-        0.0016,
-        0.0018,
-    );
+    let bridge =
+        rod(s, Vec3::new(0.0, 0.0055, 0.0985), Vec3::new(LENS.x - LENS_RADIUS + 0.002, 0.0035, LENS.z), 0.0016, 0.0018);
     let hinge = Vec3::new(LENS.x + LENS_RADIUS, 0.004, LENS.z - 0.002);
     let turn = Vec3::new(0.0715, 0.005, 0.060);
     let over_ear = Vec3::new(0.0835, 0.012, -0.010);
@@ -56,8 +51,7 @@ pub fn hair(q: Vec3) -> f32 {
     if bound > 0.02 {
         return bound;
     }
-    let strands = 0.0016 * noise(q * Vec3::new(420.0, 30.0, 420.0))
-        + 0.004 * noise(q * Vec3::new(60.0, 14.0, 60.0));
+    let strands = 0.0016 * noise(q * Vec3::new(420.0, 30.0, 420.0)) + 0.004 * noise(q * Vec3::new(60.0, 14.0, 60.0));
     let cap = ellipsoid(q - Vec3::new(0.0, 0.036, -0.020), Vec3::new(0.0890, 0.0965, 0.1085));
     // From the middle of the brow over the temples to in front of the ears.
     let edge = (q.y - 0.045 - 0.75 * q.z + 2.0 * q.x * q.x) * 0.8;
@@ -85,11 +79,9 @@ pub fn hand(p: Vec3, raised: f32) -> f32 {
         let knuckle = Vec3::new(x, 0.078, 0.002);
         let middle = knuckle + Vec3::new(0.0, length, 0.008);
         let tip = middle + Vec3::new(0.0, 0.4 * length, -0.022);
-        let finger =
-            rod(h, knuckle, middle, 0.0085, 0.0078).min(rod(h, middle, tip, 0.0078, 0.0068));
+        let finger = rod(h, knuckle, middle, 0.0085, 0.0078).min(rod(h, middle, tip, 0.0078, 0.0068));
         d = join(d, finger, 0.006);
     }
-    let thumb =
-        rod(h, Vec3::new(-0.028, 0.025, 0.008), Vec3::new(-0.048, 0.066, 0.016), 0.0115, 0.0085);
+    let thumb = rod(h, Vec3::new(-0.028, 0.025, 0.008), Vec3::new(-0.048, 0.066, 0.016), 0.0115, 0.0085);
     join(d, thumb, 0.010)
 }

@@ -19,8 +19,7 @@ pub fn wrap(q: Vec3) -> f32 {
     let bulge = pleat(330.0 * lean + 1.7 * noise(q * 22.0)) * 0.0024 + 0.0022 * noise(q * 26.0);
     let mut cloth = common(skull - 0.0015 - bulge, -edge, 0.005);
     // A rolled band along the edge.
-    let roll =
-        (skull - 0.003).hypot(edge - 0.0085) - 0.0085 - 0.0012 * (q.x * 150.0 + 260.0 * edge).sin();
+    let roll = (skull - 0.003).hypot(edge - 0.0085) - 0.0085 - 0.0012 * (q.x * 150.0 + 260.0 * edge).sin();
     cloth = join(cloth, roll, 0.004);
     join(cloth, knot(q), 0.012)
 }
@@ -44,11 +43,9 @@ pub fn earrings(q: Vec3) -> f32 {
 /// The trunk under the clothes: shoulders, chest and upper arms.
 pub fn trunk(p: Vec3) -> f32 {
     let s = Vec3::new(p.x.abs(), p.y, p.z);
-    let shoulder =
-        rod(s, Vec3::new(0.020, -0.148, -0.040), Vec3::new(0.158, -0.203, -0.032), 0.030, 0.040);
+    let shoulder = rod(s, Vec3::new(0.020, -0.148, -0.040), Vec3::new(0.158, -0.203, -0.032), 0.030, 0.040);
     let chest = ellipsoid(s - Vec3::new(0.0, -0.335, -0.028), Vec3::new(0.178, 0.170, 0.100));
-    let arm =
-        rod(s, Vec3::new(0.172, -0.222, -0.032), Vec3::new(0.205, -0.42, -0.026), 0.046, 0.044);
+    let arm = rod(s, Vec3::new(0.172, -0.222, -0.032), Vec3::new(0.205, -0.42, -0.026), 0.046, 0.044);
     join(join(shoulder, chest, 0.05), arm, 0.035)
 }
 
@@ -87,8 +84,7 @@ pub fn jacket(p: Vec3, trunk: f32, neck: f32) -> f32 {
     let lapel = common(lapel, -(p.z + 0.02), 0.006);
     let lapel = cut(lapel, neck - 0.0165, 0.004);
     // Behind, the collar stands against the neck.
-    let back =
-        common((neck - 0.0165).abs() - 0.0045, (p.y + 0.142 + 0.55 * p.z).abs() - 0.016, 0.005);
+    let back = common((neck - 0.0165).abs() - 0.0045, (p.y + 0.142 + 0.55 * p.z).abs() - 0.016, 0.005);
     let back = common(back, p.z - 0.012, 0.008);
     join(join(cloth, lapel, 0.003), back, 0.006)
 }

@@ -69,15 +69,10 @@ impl Surroundings<'_> {
                     let dx = ((sub % rays) as f32 + 0.5) / rays as f32;
                     let dy = ((sub / rays) as f32 + 0.5) / rays as f32;
                     let ray = reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size);
-                    let Some((place, direction)) = ray else {
-                        continue;
-                    };
-                    let person = (self.trouble.photographer)
-                        .then(|| room::photographer(direction))
-                        .flatten();
-                    let reflectance = person.unwrap_or_else(|| {
-                        self.trouble.room * room::seen(&self.room.reflectance, direction)
-                    });
+                    let Some((place, direction)) = ray else { continue };
+                    let person = (self.trouble.photographer).then(|| room::photographer(direction)).flatten();
+                    let reflectance =
+                        person.unwrap_or_else(|| self.trouble.room * room::seen(&self.room.reflectance, direction));
                     pixel.covered += share;
                     pixel.interview += share * self.interview(place, direction, person.is_some());
                     pixel.reflectance += share * reflectance;
@@ -152,22 +147,19 @@ impl Around {
         }
         let lit: Vec<(Vec3, Vec3)> = (self.banks.iter().zip(&light.banks))
             .filter(|(_, weight)| **weight != [0.0; 3])
-            .map(|((direction, solid_angle), weight)| {
-                (*direction, Vec3::from(*weight) * *solid_angle)
-            })
+            .map(|((direction, solid_angle), weight)| (*direction, Vec3::from(*weight) * *solid_angle))
             .collect();
         let interview = light.interview;
         move |i, mirrored| {
             let pixel = &self.pixels[i];
-            let reflected = level * pixel.reflectance
-                - (slope.iter().zip(&pixel.moments)).map(|(s, m)| *s * *m).sum::<Vec3>();
+            let reflected =
+                level * pixel.reflectance - (slope.iter().zip(&pixel.moments)).map(|(s, m)| *s * *m).sum::<Vec3>();
             let clean = Vec3::from(mirrored) + reflected + interview * pixel.interview;
             if pixel.dust == 0.0 {
                 return clean.to_array();
             }
             let normal = pixel.normal.normalize_or_zero();
-            let from_banks: Vec3 =
-                (lit.iter()).map(|(direction, flux)| normal.dot(*direction).max(0.0) * *flux).sum();
+            let from_banks: Vec3 = (lit.iter()).map(|(direction, flux)| normal.dot(*direction).max(0.0) * *flux).sum();
             let received = from_banks + interview * self.irradiance[i];
             let dust = pixel.dust / pixel.covered.max(1e-6);
             ((1.0 - dust) * clean + pixel.dust * DUST_ALBEDO / PI * received).to_array()

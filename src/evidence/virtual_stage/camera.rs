@@ -43,14 +43,10 @@ impl Sensor {
     pub fn new(seed: u64, trouble: &Trouble) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6e73_6f72);
         let response = trouble.response.unwrap_or_else(|| {
-            let usual = DualGamma {
-                gamma1: random.random_range(2.3..2.8),
-                gamma2: random.random_range(1.9..2.3),
-            };
+            let usual = DualGamma { gamma1: random.random_range(2.3..2.8), gamma2: random.random_range(1.9..2.3) };
             usual.into()
         });
-        let thresholds =
-            (1..=255).map(|code| response.decode_value((code as f32 - 0.5) / 255.0)).collect();
+        let thresholds = (1..=255).map(|code| response.decode_value((code as f32 - 0.5) / 255.0)).collect();
         Self { response, thresholds, seed, noise: trouble.noise, jpeg: trouble.jpeg }
     }
 
@@ -68,8 +64,7 @@ impl Sensor {
     }
 
     fn expose(&self, light: &Image, name: &str) -> Encoded {
-        let mut random =
-            ChaCha8Rng::seed_from_u64(self.seed ^ base::Fnv::from_bytes(name.as_bytes()).0);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ base::Fnv::from_bytes(name.as_bytes()).0);
         let mut spare = None;
         Encoded(light.map(|pixel| {
             pixel.map(|level| {

@@ -65,9 +65,7 @@ impl Dome {
 
     /// The number of lamps in every bank.
     pub fn bank_counts(&self) -> Vec<usize> {
-        (0..self.banks.len())
-            .map(|b| self.bank_of_lamp.iter().filter(|&&l| l == b).count())
-            .collect()
+        (0..self.banks.len()).map(|b| self.bank_of_lamp.iter().filter(|&&l| l == b).count()).collect()
     }
 
     /// Weights of the banks for the interview: soft, symmetric, from above and slightly in front, with a tenth of fill
@@ -102,9 +100,7 @@ impl Dome {
             sums[owner][3] += solid_angle;
         }
         sums.iter()
-            .map(|&[r, g, b, area]| {
-                [r, g, b].map(|c| if area > 0.0 { (c / area) as f32 } else { 0.0 })
-            })
+            .map(|&[r, g, b, area]| [r, g, b].map(|c| if area > 0.0 { (c / area) as f32 } else { 0.0 }))
             .collect()
     }
 }
@@ -158,11 +154,7 @@ mod tests {
         let dome = Dome::new(12);
         let white = Raster::filled(64, 32, [1.0, 2.0, 0.0]);
         for weight in dome.lamp_weights(&white) {
-            assert!(
-                (weight[0] - 1.0).abs() < 1e-5
-                    && (weight[1] - 2.0).abs() < 1e-5
-                    && weight[2] == 0.0
-            );
+            assert!((weight[0] - 1.0).abs() < 1e-5 && (weight[1] - 2.0).abs() < 1e-5 && weight[2] == 0.0);
         }
     }
 
@@ -170,9 +162,7 @@ mod tests {
     fn the_interview_light_is_the_same_from_left_and_right_and_from_above() {
         let dome = Dome::new(41);
         let weights = dome.interview_bank_weights();
-        let sum = |f: &dyn Fn(Vec3) -> f32| -> f32 {
-            dome.banks.iter().zip(&weights).map(|(&b, w)| w * f(b)).sum()
-        };
+        let sum = |f: &dyn Fn(Vec3) -> f32| -> f32 { dome.banks.iter().zip(&weights).map(|(&b, w)| w * f(b)).sum() };
         assert!(weights.iter().all(|&w| (0.0..=1.0).contains(&w)));
         assert!(sum(&|b| b.y) > 0.3 * sum(&|_| 1.0), "not from above");
         assert!(sum(&|b| b.x).abs() < 0.03 * sum(&|_| 1.0), "one-sided");

@@ -62,8 +62,7 @@ impl Tally {
             of,
             skipped,
         };
-        let (pixels, covered, samples) =
-            ("pixels", "pixels of the subject", "pairs of a lit point and a lamp");
+        let (pixels, covered, samples) = ("pixels", "pixels of the subject", "pairs of a lit point and a lamp");
         vec![
             effect("primary hits", self.covered, self.pixels, pixels, "the ray misses the subject"),
             effect(
@@ -80,27 +79,9 @@ impl Tally {
                 covered,
                 "one material and one smooth surface fill the pixel",
             ),
-            effect(
-                "crease shading",
-                self.creases,
-                self.points,
-                "lit points",
-                "the surface is open all round",
-            ),
-            effect(
-                "shadow rays",
-                self.shadow_rays,
-                self.lamp_samples,
-                samples,
-                "the lamp is behind the surface",
-            ),
-            effect(
-                "specular",
-                self.highlights,
-                self.lamp_samples,
-                samples,
-                "the lamp is behind the surface or hidden",
-            ),
+            effect("crease shading", self.creases, self.points, "lit points", "the surface is open all round"),
+            effect("shadow rays", self.shadow_rays, self.lamp_samples, samples, "the lamp is behind the surface"),
+            effect("specular", self.highlights, self.lamp_samples, samples, "the lamp is behind the surface or hidden"),
             effect(
                 "sheen",
                 self.sheen,
@@ -115,13 +96,7 @@ impl Tally {
                 samples,
                 "not skin, or far from the terminator and from any shadow's edge",
             ),
-            effect(
-                "mirror reflection",
-                self.ball,
-                self.probe_pixels,
-                "pixels of the probe",
-                "the ray misses the ball",
-            ),
+            effect("mirror reflection", self.ball, self.probe_pixels, "pixels of the probe", "the ray misses the ball"),
             effect(
                 "ambient light",
                 self.ball,

@@ -42,8 +42,7 @@ mod tests {
         let mut flux = [0.0f64; 2];
         for (i, &p) in image.pixels.iter().enumerate() {
             let level = f64::from(luminance(p));
-            flux[usize::from(level > 100.0)] +=
-                level * texel_solid_angle(i / image.width, image.width, image.height);
+            flux[usize::from(level > 100.0)] += level * texel_solid_angle(i / image.width, image.width, image.height);
         }
         let ratio = flux[1] / flux[0];
         assert!((0.3..8.0).contains(&ratio), "{ratio}");

@@ -25,12 +25,7 @@ const TIME_CODE: &str = "01:00:00:00";
 ///
 /// # Errors
 /// When ffmpeg is missing or fails, or a file cannot be replaced.
-pub fn film(
-    folder: &Path,
-    settings: &StageSettings,
-    poses: usize,
-    before_lamp: &[usize],
-) -> Result<()> {
+pub fn film(folder: &Path, settings: &StageSettings, poses: usize, before_lamp: &[usize]) -> Result<()> {
     let at = |name: String| folder.join(name);
     let digits = settings.lamps.saturating_sub(1).to_string().len().max(2);
     let olat = |lamp: usize| format!("olat_{lamp:0digits$}.png");
@@ -40,8 +35,7 @@ pub fn film(
         let mut pictures = Vec::new();
         for lamp in 0..=settings.lamps {
             let tracking = before_lamp.iter().position(|&before| before == lamp);
-            pictures
-                .extend(tracking.map(|k| at(format!("tracking/pose{pose:02}/frame_{k:02}.png"))));
+            pictures.extend(tracking.map(|k| at(format!("tracking/pose{pose:02}/frame_{k:02}.png"))));
             if lamp < settings.lamps {
                 pictures.push(at(format!("exemplars/pose{pose:02}/{}", olat(lamp))));
             }
@@ -49,8 +43,7 @@ pub fn film(
         encode(&pictures, &at(format!("exemplars/pose{pose:02}.mov")), false)?;
         remove(&at(format!("exemplars/pose{pose:02}")))?;
     }
-    let balls: Vec<PathBuf> =
-        (0..settings.lamps).map(|lamp| at(format!("probes/{}", olat(lamp)))).collect();
+    let balls: Vec<PathBuf> = (0..settings.lamps).map(|lamp| at(format!("probes/{}", olat(lamp)))).collect();
     encode(&balls, &at("probes.mov".into()), false)?;
     for ball in &balls {
         std::fs::remove_file(ball).map_err(|e| refused("remove", ball, e))?;
@@ -80,27 +73,10 @@ fn refused(action: &'static str, path: &Path, e: std::io::Error) -> Error {
 fn encode(pictures: &[PathBuf], movie: &Path, with_sound: bool) -> Result<()> {
     const REMEDY: &str = "Install ffmpeg with the encoder prores_ks, or write files";
     let mut command = Command::new("ffmpeg");
-    command.args([
-        "-v",
-        "error",
-        "-y",
-        "-f",
-        "image2pipe",
-        "-c:v",
-        "png",
-        "-framerate",
-        "24",
-        "-i",
-        "pipe:0",
-    ]);
+    command.args(["-v", "error", "-y", "-f", "image2pipe", "-c:v", "png", "-framerate", "24", "-i", "pipe:0"]);
     let seconds = pictures.len() as f64 / 24.0;
     if with_sound {
-        command.args([
-            "-f",
-            "lavfi",
-            "-i",
-            &format!("sine=frequency=440:sample_rate=48000:duration={seconds:.6}"),
-        ]);
+        command.args(["-f", "lavfi", "-i", &format!("sine=frequency=440:sample_rate=48000:duration={seconds:.6}")]);
         command.args(["-c:a", "pcm_s16le", "-timecode", TIME_CODE]);
     }
     let tags = "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,format=yuv444p10le,\
@@ -110,15 +86,11 @@ fn encode(pictures: &[PathBuf], movie: &Path, with_sound: bool) -> Result<()> {
     name.push(movie);
     let child = command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).spawn();
     let mut child = child.map_err(|e| match e.kind() {
-        ErrorKind::NotFound => {
-            Error::missing("ffmpeg was not found; it is needed for writing movies", REMEDY)
-        }
+        ErrorKind::NotFound => Error::missing("ffmpeg was not found; it is needed for writing movies", REMEDY),
         _ => Error::io("start", "ffmpeg", e, REMEDY),
     })?;
     let fed = child.stdin.take().map_or(Ok(()), |mut stdin| {
-        pictures.iter().try_for_each(|picture| {
-            std::io::copy(&mut base::files::open(picture)?, &mut stdin).map(drop)
-        })
+        pictures.iter().try_for_each(|picture| std::io::copy(&mut base::files::open(picture)?, &mut stdin).map(drop))
     });
     let ended = child.wait();
     fed.map_err(|e| refused("write", movie, e))?;

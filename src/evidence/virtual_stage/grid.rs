@@ -57,9 +57,7 @@ impl Grid {
         let blocks = extent.to_array().map(|e| (e + 2.0) as usize / COARSE + 1);
         let nodes = blocks.map(|b| b * COARSE);
         let coarse_nodes = blocks.map(|b| b + 1);
-        let place = |x: usize, y: usize, z: usize| {
-            BOX_LOW + CELL_M * Vec3::new(x as f32, y as f32, z as f32)
-        };
+        let place = |x: usize, y: usize, z: usize| BOX_LOW + CELL_M * Vec3::new(x as f32, y as f32, z as f32);
         let coarse = Nodes {
             count: coarse_nodes,
             distance: (0..coarse_nodes.iter().product())
@@ -93,10 +91,7 @@ impl Grid {
             };
             Nodes {
                 count: first.count,
-                distance: (0..first.distance.len())
-                    .into_par_iter()
-                    .map(|i| at(i).round() as i16)
-                    .collect(),
+                distance: (0..first.distance.len()).into_par_iter().map(|i| at(i).round() as i16).collect(),
                 cells_per_m: first.cells_per_m,
             }
         };
@@ -110,22 +105,14 @@ impl Grid {
 
     /// Traces rays from `start` (just off the surface) towards `directions`, out of the box. A ray deeper than
     /// `enough_m` inside may stop early: its `depth_m` is then at least that.
-    pub fn pass(
-        &self,
-        start: Vec3,
-        directions: &[Vec3],
-        enough_m: f32,
-        passages: &mut Vec<Passage>,
-    ) {
+    pub fn pass(&self, start: Vec3, directions: &[Vec3], enough_m: f32, passages: &mut Vec<Passage>) {
         passages.clear();
         passages.resize(directions.len(), Passage { clearance: 1.0, depth_m: 0.0 });
         let origin = start - BOX_LOW;
         // Each step of a ray depends on the previous one, so several rays are traced at the same time.
         for (directions, passages) in directions.chunks(ABREAST).zip(passages.chunks_mut(ABREAST)) {
             let mut rays: [Ray; ABREAST] = std::array::from_fn(|i| match directions.get(i) {
-                Some(&direction) => {
-                    Ray { direction, t: CELL_M, leave: leave_box(start, direction), far: false }
-                }
+                Some(&direction) => Ray { direction, t: CELL_M, leave: leave_box(start, direction), far: false },
                 None => Ray { direction: Vec3::Z, t: 0.0, leave: 0.0, far: false },
             });
             while rays.iter().any(|ray| ray.t < ray.leave) {

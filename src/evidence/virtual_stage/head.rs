@@ -77,18 +77,11 @@ impl Head {
         let cranium = ellipsoid(q - Vec3::new(0.0, 0.034, -0.016), Vec3::new(0.0735, 0.084, 0.096));
         let face = ellipsoid(q - Vec3::new(0.0, -0.022, 0.017), Vec3::new(0.0600, 0.082, 0.0645));
         let mut d = join(cranium, face, 0.03);
-        let jaw = rod(
-            j,
-            Vec3::new(0.0475, -0.053, 0.008),
-            Vec3::new(0.014, -0.094, 0.056),
-            0.0155,
-            0.0130,
-        );
+        let jaw = rod(j, Vec3::new(0.0475, -0.053, 0.008), Vec3::new(0.014, -0.094, 0.056), 0.0155, 0.0130);
         d = join(d, jaw, 0.036);
         d = join(d, ball(self.shut(q) - Vec3::new(0.0, -0.0965, 0.0650), 0.0125), 0.024);
         // Cheek bones, and the flesh of the cheeks, which a smile lifts.
-        let bone =
-            ellipsoid(s - Vec3::new(0.0410, -0.0215, 0.055), Vec3::new(0.0205, 0.016, 0.0190));
+        let bone = ellipsoid(s - Vec3::new(0.0410, -0.0215, 0.055), Vec3::new(0.0205, 0.016, 0.0190));
         d = join(d, bone, 0.024);
         let flesh = Vec3::new(0.0350, -0.047 + 0.006 * self.smile, 0.0580 + 0.003 * self.smile);
         d = join(d, ball(s - flesh, 0.0195), 0.030);
@@ -100,16 +93,9 @@ impl Head {
         if s.z < 0.03 {
             return skin;
         }
-        let brow = rod(
-            s,
-            Vec3::new(0.012, 0.0185, 0.0815),
-            Vec3::new(0.042, 0.0215, 0.0625),
-            0.0068,
-            0.0058,
-        );
+        let brow = rod(s, Vec3::new(0.012, 0.0185, 0.0815), Vec3::new(0.042, 0.0215, 0.0625), 0.0068, 0.0058);
         let mut d = join(skin, brow, 0.02);
-        let socket =
-            ellipsoid(s - Vec3::new(0.0315, 0.002, 0.0925), Vec3::new(0.0205, 0.0165, 0.0195));
+        let socket = ellipsoid(s - Vec3::new(0.0315, 0.002, 0.0925), Vec3::new(0.0205, 0.0165, 0.0195));
         d = cut(d, socket, 0.017);
         let e = s - EYE;
         // The lids are a shell about the eyeball, slit like an almond with its outer corner higher.
@@ -137,18 +123,9 @@ impl Head {
         let mut d = join(skin, upper, 0.0045);
         d = join(d, lower, 0.0045);
         // The groove from nose to lip and the hollow below the lower lip.
-        let groove = rod(
-            q,
-            Vec3::new(0.0, -0.0525, 0.0925),
-            Vec3::new(0.0, -0.0615, 0.0925),
-            0.0022,
-            0.0026,
-        );
+        let groove = rod(q, Vec3::new(0.0, -0.0525, 0.0925), Vec3::new(0.0, -0.0615, 0.0925), 0.0022, 0.0026);
         d = cut(d, groove, 0.0045);
-        let hollow = ellipsoid(
-            self.shut(q) - Vec3::new(0.0, -0.0868, 0.0885),
-            Vec3::new(0.016, 0.004, 0.0050),
-        );
+        let hollow = ellipsoid(self.shut(q) - Vec3::new(0.0, -0.0868, 0.0885), Vec3::new(0.016, 0.004, 0.0050));
         d = cut(d, hollow, 0.011);
         cut(d, self.opening(q), 0.0016)
     }
@@ -158,38 +135,25 @@ impl Head {
         let corner = self.corner();
         let upper = rod(s, Vec3::new(0.0075, -0.0662, 0.0862), corner, 0.0050, 0.0018);
         let lower_corner = corner - Vec3::new(0.0015, 0.0006, 0.0);
-        let lower =
-            rod(self.shut(s), Vec3::new(0.0060, -0.0770, 0.0844), lower_corner, 0.0062, 0.0018);
+        let lower = rod(self.shut(s), Vec3::new(0.0060, -0.0770, 0.0844), lower_corner, 0.0062, 0.0018);
         (upper, lower)
     }
 
     /// The corner of the mouth on the +X side.
     fn corner(&self) -> Vec3 {
-        Vec3::new(
-            0.0240 + 0.004 * self.smile,
-            -0.0712 + 0.0028 * self.smile,
-            0.0718 - 0.002 * self.smile,
-        )
+        Vec3::new(0.0240 + 0.004 * self.smile, -0.0712 + 0.0028 * self.smile, 0.0718 - 0.002 * self.smile)
     }
 
     /// Space between the lips: a thin line when closed, the hollow of the mouth when open.
     fn opening(&self, q: Vec3) -> f32 {
-        let dip = Vec3::new(
-            0.0,
-            -0.0006 - 0.9 * self.gap + 4.0 * (0.25 + self.smile) * q.x * q.x,
-            -0.008,
-        );
+        let dip = Vec3::new(0.0, -0.0006 - 0.9 * self.gap + 4.0 * (0.25 + self.smile) * q.x * q.x, -0.008);
         let reach = Vec3::new(self.corner().x - 0.0075, 0.0006 + self.gap, 0.021);
         ellipsoid(q - MOUTH - dip, reach)
     }
 
     fn teeth(&self, q: Vec3) -> f32 {
-        let upper =
-            ellipsoid(q - Vec3::new(0.0, -0.0662, 0.0605), Vec3::new(0.0215, 0.0068, 0.0232));
-        let lower = ellipsoid(
-            self.shut(q) - Vec3::new(0.0, -0.0805, 0.0580),
-            Vec3::new(0.0200, 0.0058, 0.0215),
-        );
+        let upper = ellipsoid(q - Vec3::new(0.0, -0.0662, 0.0605), Vec3::new(0.0215, 0.0068, 0.0232));
+        let lower = ellipsoid(self.shut(q) - Vec3::new(0.0, -0.0805, 0.0580), Vec3::new(0.0200, 0.0058, 0.0215));
         upper.min(lower)
     }
 
@@ -218,15 +182,13 @@ fn nose(skin: f32, q: Vec3, s: Vec3) -> f32 {
     if s.z < 0.05 || s.y > 0.04 || s.y < -0.075 {
         return skin;
     }
-    let bridge =
-        rod(q, Vec3::new(0.0, 0.011, 0.0785), Vec3::new(0.0, -0.033, 0.0965), 0.0052, 0.0070);
+    let bridge = rod(q, Vec3::new(0.0, 0.011, 0.0785), Vec3::new(0.0, -0.033, 0.0965), 0.0052, 0.0070);
     let mut d = join(skin, bridge, 0.014);
     let tip = ellipsoid(q - Vec3::new(0.0, -0.0375, 0.0985), Vec3::new(0.0090, 0.0078, 0.0088));
     d = join(d, tip, 0.009);
     let wing = ellipsoid(s - Vec3::new(0.0128, -0.0420, 0.0870), Vec3::new(0.0064, 0.0058, 0.0085));
     d = join(d, wing, 0.0065);
-    let nostril =
-        ellipsoid(s - Vec3::new(0.0070, -0.0478, 0.0925), Vec3::new(0.0034, 0.0040, 0.0052));
+    let nostril = ellipsoid(s - Vec3::new(0.0070, -0.0478, 0.0925), Vec3::new(0.0034, 0.0040, 0.0052));
     cut(d, nostril, 0.0028)
 }
 

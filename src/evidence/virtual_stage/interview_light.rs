@@ -30,13 +30,7 @@ pub struct InterviewLight {
 
 impl InterviewLight {
     /// Light drawn from `seed`. `bounce` holds the room's reflection of each bank, as radiances of the lamps.
-    pub fn draw(
-        dome: &Dome,
-        trouble: &Trouble,
-        room: &Room,
-        bounce: Option<&[Vec<[f32; 3]>]>,
-        seed: u64,
-    ) -> Self {
+    pub fn draw(dome: &Dome, trouble: &Trouble, room: &Room, bounce: Option<&[Vec<[f32; 3]>]>, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x6c_6967_6874);
         let mut panels = match trouble.interview_light {
             LightKind::Banks => vec![],
@@ -66,12 +60,9 @@ impl InterviewLight {
             others.extend(sources);
         }
         let flux = |weights: &[[f32; 3]], solid_angle: &dyn Fn(usize) -> f32| -> f32 {
-            (weights.iter().enumerate())
-                .map(|(i, w)| (w[0] + w[1] + w[2]) / 3.0 * solid_angle(i))
-                .sum()
+            (weights.iter().enumerate()).map(|(i, w)| (w[0] + w[1] + w[2]) / 3.0 * solid_angle(i)).sum()
         };
-        let direct = flux(&weights, &|_| dome.lamp_solid_angle())
-            + flux(&other_weights, &|i| others[i].solid_angle);
+        let direct = flux(&weights, &|_| dome.lamp_solid_angle()) + flux(&other_weights, &|i| others[i].solid_angle);
         let ambient = (trouble.ambient > 0.0).then(|| {
             // The glow's mean radiance is 1.
             let level = trouble.ambient / (1.0 - trouble.ambient) * direct / (4.0 * PI);
@@ -113,8 +104,7 @@ impl InterviewLight {
         if let Some(ambient) = &self.ambient
             && dome.lamps.len() >= ROOM_SOURCES
         {
-            for (radiance, &bank) in dome.lamp_weights(ambient).into_iter().zip(&dome.bank_of_lamp)
-            {
+            for (radiance, &bank) in dome.lamp_weights(ambient).into_iter().zip(&dome.bank_of_lamp) {
                 add(bank, radiance, dome.lamp_solid_angle());
             }
         }
@@ -160,10 +150,8 @@ fn lamps(random: &mut ChaCha8Rng) -> Vec<Panel> {
         .map(|_| {
             let mut within = |low: f32, high: f32| random.random_range(low..high);
             let towards = direction(within(-115.0, 115.0), within(-10.0, 60.0));
-            let (distance, radius, flux) =
-                (within(1.2, 3.5), within(0.03, 0.12), within(-1.2, 0.0));
-            let disc =
-                Panel { round: true, ..Panel::facing(towards, distance, [radius; 2], [1.0; 3]) };
+            let (distance, radius, flux) = (within(1.2, 3.5), within(0.03, 0.12), within(-1.2, 0.0));
+            let disc = Panel { round: true, ..Panel::facing(towards, distance, [radius; 2], [1.0; 3]) };
             with_flux(disc, flux.exp())
         })
         .collect()
@@ -180,15 +168,7 @@ fn window(random: &mut ChaCha8Rng) -> Panel {
     let centre = direction(azimuth, 0.0) * distance + Vec3::Y * within(-0.1, 0.5);
     // Upright, and not quite facing the subject.
     let normal = -direction(azimuth + turn, 0.0);
-    let window = Panel {
-        centre,
-        normal,
-        across: Vec3::Y.cross(normal),
-        half,
-        round: false,
-        panes,
-        radiance: [1.0; 3],
-    };
+    let window = Panel { centre, normal, across: Vec3::Y.cross(normal), half, round: false, panes, radiance: [1.0; 3] };
     with_flux(window, 1.0)
 }
 
@@ -197,8 +177,7 @@ fn softboxes(random: &mut ChaCha8Rng) -> Vec<Panel> {
     let mut within = |low: f32, high: f32| random.random_range(low..high);
     let side = if within(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
     let mut softbox = |azimuth: [f32; 2], elevation: [f32; 2], flux: f32| {
-        let towards =
-            direction(side * within(azimuth[0], azimuth[1]), within(elevation[0], elevation[1]));
+        let towards = direction(side * within(azimuth[0], azimuth[1]), within(elevation[0], elevation[1]));
         let (distance, half) = (within(1.0, 2.2), [within(0.25, 0.6), within(0.25, 0.6)]);
         let round = within(0.0, 1.0) < 0.4;
         let half = if round { [half[0]; 2] } else { half };

@@ -70,10 +70,8 @@ mod tests {
             let wave = |k: f32| 0.5 + 0.4 * (k * x as f32 + 0.3 * y as f32).sin();
             [1.0, 0.9, 0.7].map(|c| c * wave(0.2))
         }));
-        let (good, small) = (
-            off(&picture, &through_jpeg(&picture, 98).unwrap()),
-            off(&picture, &through_jpeg(&picture, 30).unwrap()),
-        );
+        let (good, small) =
+            (off(&picture, &through_jpeg(&picture, 98).unwrap()), off(&picture, &through_jpeg(&picture, 30).unwrap()));
         assert!(good < 2.0 && small > 1.5 * good && small < 20.0, "{good} and {small} codes");
     }
 

@@ -120,13 +120,7 @@ impl StageSettings {
     /// The demo's shoot. Its interview, 540 × 960, comes with the program, since tracing takes minutes; its truth is
     /// traced at a third of that size.
     pub fn demo() -> Self {
-        Self {
-            frames: shipped::FRAMES.len(),
-            size: 128,
-            plate: Some((180, 320)),
-            shipped: true,
-            ..Self::default()
-        }
+        Self { frames: shipped::FRAMES.len(), size: 128, plate: Some((180, 320)), shipped: true, ..Self::default() }
     }
 
     /// Columns and rows of the interview's frames.
@@ -144,11 +138,7 @@ impl StageSettings {
                 return Ok(());
             }
             Err(Error::invalid(
-                format!(
-                    "the virtual stage can have from {} to {} {what}, not {value}",
-                    range.start(),
-                    range.end()
-                ),
+                format!("the virtual stage can have from {} to {} {what}, not {value}", range.start(), range.end()),
                 "Choose a number in that range",
             ))
         };

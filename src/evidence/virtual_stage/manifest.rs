@@ -110,17 +110,11 @@ impl Manifest {
             panorama_convention: "equirect: u=0.5 (centre column) is -z (what the camera looks at behind the subject), u=0.75 is +x (image right), v=0 is +y up; d=(sin(phi)sin(th),cos(th),-cos(phi)sin(th)), phi=2pi(u-0.5), th=pi v",
             hdris: environments
                 .iter()
-                .map(|name| Hdri {
-                    name: (*name).to_owned(),
-                    file: format!("environments/{name}.exr"),
-                })
+                .map(|name| Hdri { name: (*name).to_owned(), file: format!("environments/{name}.exr") })
                 .collect(),
             files: BTreeMap::from([
                 ("exemplars", "exemplars/poseNN/olat_BB.png (8 bit, encoded, black background)"),
-                (
-                    "masks",
-                    "exemplar_masks/poseNN.png, interview_masks/frame_NNN.png (8 bit linear alpha)",
-                ),
+                ("masks", "exemplar_masks/poseNN.png, interview_masks/frame_NNN.png (8 bit linear alpha)"),
                 ("interview", "interview/frame_NNN.png (8 bit encoded, green screen)"),
                 ("probes", "probes/interview.png, probes/olat_BB.png"),
             ]),

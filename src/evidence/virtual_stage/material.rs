@@ -29,13 +29,8 @@ pub const BELOW_SKIN_M: Vec3 = Vec3::new(3.67e-3, 1.37e-3, 0.68e-3);
 /// The surface of `part` at place `p` of the stage.
 pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface {
     let q = subject.head_place(p);
-    let matte = Surface {
-        albedo: Vec3::ZERO,
-        mirror: Vec3::splat(0.04),
-        roughness: 0.5,
-        sheen: 0.0,
-        below: Vec3::ZERO,
-    };
+    let matte =
+        Surface { albedo: Vec3::ZERO, mirror: Vec3::splat(0.04), roughness: 0.5, sheen: 0.0, below: Vec3::ZERO };
     match part {
         Part::Skin => skin(subject, q),
         Part::Eye => {
@@ -47,12 +42,7 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
         Part::Gold => Surface { mirror: Vec3::new(1.0, 0.73, 0.32), roughness: 0.16, ..matte },
         Part::Shirt => {
             let thread = 1.0 + 0.03 * noise(p * Vec3::new(900.0, 300.0, 900.0));
-            Surface {
-                albedo: Vec3::new(0.70, 0.665, 0.60) * thread,
-                roughness: 0.6,
-                sheen: 0.03,
-                ..matte
-            }
+            Surface { albedo: Vec3::new(0.70, 0.665, 0.60) * thread, roughness: 0.6, sheen: 0.03, ..matte }
         }
         Part::Hair => Surface {
             albedo: hair(subject.look.hair, q),
@@ -60,35 +50,21 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
             roughness: 0.30 + 0.06 * noise(q * Vec3::new(500.0, 40.0, 500.0)),
             ..matte
         },
-        Part::Glasses => {
-            Surface { albedo: Vec3::new(0.020, 0.016, 0.014), roughness: 0.10, ..matte }
-        }
+        Part::Glasses => Surface { albedo: Vec3::new(0.020, 0.016, 0.014), roughness: 0.10, ..matte },
         Part::Hand => Surface {
-            albedo: complexion(subject.look.skin)
-                * (1.0 + 0.05 * noise(p * 70.0) + 0.04 * noise(p * 190.0)),
+            albedo: complexion(subject.look.skin) * (1.0 + 0.05 * noise(p * 70.0) + 0.04 * noise(p * 190.0)),
             mirror: Vec3::splat(0.028),
             roughness: 0.33,
             below: BELOW_SKIN_M,
             ..matte
         },
-        Part::Jacket => Surface {
-            albedo: tweed(p),
-            roughness: 0.75,
-            sheen: 0.06,
-            mirror: Vec3::splat(0.03),
-            ..matte
-        },
+        Part::Jacket => Surface { albedo: tweed(p), roughness: 0.75, sheen: 0.06, mirror: Vec3::splat(0.03), ..matte },
     }
 }
 
 /// A lens of glasses: it only mirrors.
-pub const LENS: Surface = Surface {
-    albedo: Vec3::ZERO,
-    mirror: Vec3::splat(0.04),
-    roughness: 0.05,
-    sheen: 0.0,
-    below: Vec3::ZERO,
-};
+pub const LENS: Surface =
+    Surface { albedo: Vec3::ZERO, mirror: Vec3::splat(0.04), roughness: 0.05, sheen: 0.0, below: Vec3::ZERO };
 
 /// Diffuse reflectance of skin of a tone from 0 (light) to 1 (dark), about the lightest and darkest patches of skin
 /// charts; `None` is the stage's own subject.
@@ -131,20 +107,14 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     let mut albedo = complexion(subject.look.skin) * (1.0 + mottle);
     albedo *= Vec3::ONE - blood.min(1.0) * Vec3::new(0.02, 0.22, 0.20);
     // Tired, bluish skin about the eyes; freckles over nose and cheeks.
-    albedo *= Vec3::ONE
-        - spot(EYE + Vec3::new(-0.002, -0.007, 0.012), 0.013) * Vec3::new(0.20, 0.22, 0.12);
-    let freckled =
-        spot(Vec3::new(0.026, -0.026, 0.080), 0.026) * ramp(0.30, 0.62, noise(q * 430.0));
+    albedo *= Vec3::ONE - spot(EYE + Vec3::new(-0.002, -0.007, 0.012), 0.013) * Vec3::new(0.20, 0.22, 0.12);
+    let freckled = spot(Vec3::new(0.026, -0.026, 0.080), 0.026) * ramp(0.30, 0.62, noise(q * 430.0));
     albedo *= Vec3::ONE - freckled * Vec3::new(0.30, 0.40, 0.45);
 
-    let mut roughness =
-        0.27 - 0.05 * spot(Vec3::new(0.0, -0.01, 0.09), 0.035) + 0.03 * noise(q * 300.0);
+    let mut roughness = 0.27 - 0.05 * spot(Vec3::new(0.0, -0.01, 0.09), 0.035) + 0.03 * noise(q * 300.0);
     let on_face = q.z > 0.02;
     let lip = if on_face { subject.head.lip(q) } else { 0.0 };
-    albedo = albedo.lerp(
-        lips(subject.look.skin) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))),
-        0.9 * lip,
-    );
+    albedo = albedo.lerp(lips(subject.look.skin) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))), 0.9 * lip);
     roughness += (0.15 - roughness) * lip;
     if on_face && subject.head.in_mouth(q) {
         albedo = Vec3::new(0.10, 0.022, 0.02);
@@ -165,10 +135,8 @@ fn brow(s: Vec3) -> f32 {
         return 0.0;
     }
     let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0);
-    let inner =
-        rod(flat(s), Vec3::new(0.0135, 0.0185, 0.0), Vec3::new(0.034, 0.0240, 0.0), 0.0033, 0.0026);
-    let outer =
-        rod(flat(s), Vec3::new(0.034, 0.0240, 0.0), Vec3::new(0.0475, 0.0190, 0.0), 0.0026, 0.0006);
+    let inner = rod(flat(s), Vec3::new(0.0135, 0.0185, 0.0), Vec3::new(0.034, 0.0240, 0.0), 0.0033, 0.0026);
+    let outer = rod(flat(s), Vec3::new(0.034, 0.0240, 0.0), Vec3::new(0.0475, 0.0190, 0.0), 0.0026, 0.0006);
     let strands = 0.0009 * noise(Vec3::new(s.x * 700.0 + s.y * 500.0, s.y * 350.0, 0.0));
     0.88 * (1.0 - ramp(-0.0012, 0.0010, inner.min(outer) + strands))
 }
@@ -197,9 +165,7 @@ fn eye(q: Vec3, camera: Vec3) -> Vec3 {
     }
     let turn = Vec2::new(outward.dot(Vec3::X), outward.dot(Vec3::Y)).to_angle();
     let rays = 0.75 + 0.25 * noise(Vec3::new(9.0 * turn.cos(), 9.0 * turn.sin(), 3.0 * off));
-    let iris = Vec3::new(0.145, 0.070, 0.026)
-        .lerp(Vec3::new(0.030, 0.018, 0.012), ramp(0.36, 0.47, off))
-        * rays;
+    let iris = Vec3::new(0.145, 0.070, 0.026).lerp(Vec3::new(0.030, 0.018, 0.012), ramp(0.36, 0.47, off)) * rays;
     let pupil = Vec3::splat(0.006);
     pupil.lerp(iris, ramp(0.16, 0.21, off)).lerp(white, ramp(0.45, 0.52, off))
 }
@@ -224,6 +190,5 @@ fn tweed(p: Vec3) -> Vec3 {
     let thread = (std::f32::consts::TAU * (p.y / 0.0095 + 1.6 * slant)).sin();
     let fleck = ramp(0.55, 0.75, noise(p * 420.0));
     let blue = Vec3::new(0.060, 0.075, 0.135);
-    (blue * (1.0 + 0.38 * thread + 0.15 * noise(p * 260.0)))
-        .lerp(Vec3::new(0.30, 0.25, 0.20), 0.35 * fleck)
+    (blue * (1.0 + 0.38 * thread + 0.15 * noise(p * 260.0))).lerp(Vec3::new(0.30, 0.25, 0.20), 0.35 * fleck)
 }

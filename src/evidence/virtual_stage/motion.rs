@@ -83,8 +83,7 @@ impl Pose {
 
 /// The six poses photographed under every bank.
 pub fn exemplar_poses() -> [Pose; 6] {
-    let pose =
-        |yaw, pitch, roll, jaw, smile| Pose { yaw, pitch, roll, jaw, smile, ..Pose::default() };
+    let pose = |yaw, pitch, roll, jaw, smile| Pose { yaw, pitch, roll, jaw, smile, ..Pose::default() };
     [
         pose(0.0, 0.0, 0.0, 0.0, 0.0),
         pose(-24.0, -3.0, 2.0, 0.1, 0.2),
@@ -100,9 +99,7 @@ pub fn interview(frames: usize, seed: u64) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x6d6f_7469_6f6e);
     let phase: [f32; 8] = std::array::from_fn(|_| random.random());
     let first_blink: f32 = random.random_range(0.3..0.9);
-    (0..frames)
-        .map(|frame| pose_at(frame as f32 / FRAME_RATE as f32, &phase, first_blink))
-        .collect()
+    (0..frames).map(|frame| pose_at(frame as f32 / FRAME_RATE as f32, &phase, first_blink)).collect()
 }
 
 /// Pose at `time` seconds into the interview.
@@ -139,8 +136,7 @@ mod tests {
             assert!((pair[0].yaw - pair[1].yaw).abs() < 4.0, "the head jumps");
         }
         let range = |f: fn(&Pose) -> f32| {
-            frames.iter().map(f).fold(f32::MIN, f32::max)
-                - frames.iter().map(f).fold(f32::MAX, f32::min)
+            frames.iter().map(f).fold(f32::MIN, f32::max) - frames.iter().map(f).fold(f32::MAX, f32::min)
         };
         assert!(range(|p| p.yaw) > 20.0);
         assert!(range(|p| p.jaw) > 0.5);

@@ -35,15 +35,7 @@ impl Panel {
     pub fn facing(towards: Vec3, distance: f32, half: [f32; 2], radiance: [f32; 3]) -> Self {
         let normal = -towards.normalize();
         let across = Vec3::Y.cross(normal).normalize_or(Vec3::X);
-        Self {
-            centre: -normal * distance,
-            normal,
-            across,
-            half,
-            round: false,
-            panes: [1; 2],
-            radiance,
-        }
+        Self { centre: -normal * distance, normal, across, half, round: false, panes: [1; 2], radiance }
     }
 
     /// The direction of its height.
@@ -59,16 +51,9 @@ impl Panel {
         let in_pane = |place: f32, panes: usize| {
             let along = (0.5 + 0.5 * place) * panes as f32;
             let from_bar = (along - along.round()).abs() / panes as f32;
-            panes == 1
-                || from_bar > 0.5 * BAR
-                || along.round() == 0.0
-                || along.round() == panes as f32
+            panes == 1 || from_bar > 0.5 * BAR || along.round() == 0.0 || along.round() == panes as f32
         };
-        if self.round {
-            x.hypot(y) <= 1.0
-        } else {
-            in_pane(x, self.panes[0]) && in_pane(y, self.panes[1])
-        }
+        if self.round { x.hypot(y) <= 1.0 } else { in_pane(x, self.panes[0]) && in_pane(y, self.panes[1]) }
     }
 
     /// Radiance along a ray, and distance; `None` if the ray misses it.
@@ -86,9 +71,7 @@ impl Panel {
     /// The panel as small discs, each with its solid angle.
     pub fn sources(&self) -> Vec<Source> {
         let distance = self.centre.length();
-        let count = |half: f32| {
-            ((2.0 * half / distance / SAMPLE_WIDTH).ceil() as usize).clamp(1, MOST_SAMPLES)
-        };
+        let count = |half: f32| ((2.0 * half / distance / SAMPLE_WIDTH).ceil() as usize).clamp(1, MOST_SAMPLES);
         let [columns, rows] = self.half.map(count);
         // Finer than the samples, so that bars and a disc's outline count by their area.
         const FINE: usize = 8;
@@ -96,9 +79,8 @@ impl Panel {
         let mut sources = Vec::new();
         for i in 0..columns * rows {
             let inside = (0..FINE * FINE).map(|j| {
-                let part = |i: usize, n: usize, j: usize| {
-                    2.0 * (i as f32 + (j as f32 + 0.5) / FINE as f32) / n as f32 - 1.0
-                };
+                let part =
+                    |i: usize, n: usize, j: usize| 2.0 * (i as f32 + (j as f32 + 0.5) / FINE as f32) / n as f32 - 1.0;
                 [part(i % columns, columns, j % FINE), part(i / columns, rows, j / FINE)]
             });
             let lit: Vec<[f32; 2]> = inside.filter(|place| self.shines(*place)).collect();
@@ -106,9 +88,7 @@ impl Panel {
                 continue;
             }
             let middle = |axis: usize| lit.iter().map(|p| p[axis]).sum::<f32>() / lit.len() as f32;
-            let place = self.centre
-                + self.across * (middle(0) * self.half[0])
-                + self.up() * (middle(1) * self.half[1]);
+            let place = self.centre + self.across * (middle(0) * self.half[0]) + self.up() * (middle(1) * self.half[1]);
             let area = cell * lit.len() as f32 / (FINE * FINE) as f32;
             let distance_m = place.length();
             let facing = (-place.dot(self.normal) / distance_m).max(0.0);

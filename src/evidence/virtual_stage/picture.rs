@@ -57,27 +57,22 @@ pub fn take(
 ) -> Pictures {
     let subject = Subject::new(pose, &request.look);
     let seat = &pose.seat;
-    let mut sources: Vec<Source> =
-        Source::lamps(dome).chain(request.others.iter().copied()).collect();
+    let mut sources: Vec<Source> = Source::lamps(dome).chain(request.others.iter().copied()).collect();
     let mut eye = camera::POSITION;
     if !seat.is_usual() {
         // The subject stays in its own axes; the stage moves around it.
         eye = seat.subject_place(eye);
         sources.iter_mut().for_each(|s| s.place = seat.subject_place(s.place));
     }
-    let camera = Camera {
-        eye,
-        subject_from_stage: (!seat.is_usual()).then(|| seat.stage_from_subject().transpose()),
-        size,
-    };
+    let camera =
+        Camera { eye, subject_from_stage: (!seat.is_usual()).then(|| seat.stage_from_subject().transpose()), size };
     let transport = Transport { sources: &sources, subject: &subject, grid, effort };
     let is_summed = |source: usize| {
         let weight = |sum: &&[[f32; 3]]| sum.get(source).is_some_and(|w| *w != [0.0; 3]);
         request.sums.iter().any(weight)
     };
-    let wanted: Vec<bool> = (0..sources.len())
-        .map(|source| (request.banks && source < dome.lamps.len()) || is_summed(source))
-        .collect();
+    let wanted: Vec<bool> =
+        (0..sources.len()).map(|source| (request.banks && source < dome.lamps.len()) || is_summed(source)).collect();
     let bank_count = if request.banks { dome.banks.len() } else { 0 };
     let layers = bank_count + request.sums.len();
     let (width, height) = size;
@@ -107,8 +102,7 @@ pub fn take(
                     }
                 }
                 for (out, weights) in out[bank_count..].iter_mut().zip(request.sums) {
-                    *out =
-                        lamps.iter().zip(*weights).map(|(light, &w)| *light * Vec3::from(w)).sum();
+                    *out = lamps.iter().zip(*weights).map(|(light, &w)| *light * Vec3::from(w)).sum();
                 }
             }
             row
@@ -116,8 +110,7 @@ pub fn take(
         .collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|row| tally.add(&row.tally));
-    let layer =
-        |i: usize| Raster::from_fn(width, height, |x, y| rows[y].light[x * layers + i].to_array());
+    let layer = |i: usize| Raster::from_fn(width, height, |x, y| rows[y].light[x * layers + i].to_array());
     Pictures {
         coverage: Raster::from_fn(width, height, |x, y| rows[y].coverage[x].min(1.0)),
         normals: Raster::from_fn(width, height, |x, y| {
@@ -197,9 +190,7 @@ fn visible_points(
         tally.silhouette += 1;
         samples = SILHOUETTE * SILHOUETTE;
         let inside = |i: usize| (i as f32 + 0.5) / SILHOUETTE as f32;
-        hits = (0..samples)
-            .filter_map(|i| look([inside(i % SILHOUETTE), inside(i / SILHOUETTE)]))
-            .collect();
+        hits = (0..samples).filter_map(|i| look([inside(i % SILHOUETTE), inside(i / SILHOUETTE)])).collect();
     }
     let groups = group(hits);
     if groups.len() > 1 {
@@ -215,8 +206,7 @@ fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(P
     let look = |[dx, dy]: [f32; 2]| {
         let ray = camera.ray(x as f32 + dx, y as f32 + dy);
         let (t, normal) = subject.lens(camera.eye, ray)?;
-        let point =
-            Point { place: camera.eye + ray * t, normal, view: -ray, surface: material::LENS };
+        let point = Point { place: camera.eye + ray * t, normal, view: -ray, surface: material::LENS };
         Some((point, share))
     };
     FIRST.into_iter().filter_map(look).collect()

@@ -38,9 +38,7 @@ impl Probe {
                 for sub in 0..rays * rays {
                     let dx = ((sub % rays) as f32 + 0.5) / rays as f32;
                     let dy = ((sub / rays) as f32 + 0.5) / rays as f32;
-                    let Some((place, direction)) =
-                        reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size)
-                    else {
+                    let Some((place, direction)) = reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size) else {
                         continue;
                     };
                     covered += 1;
@@ -52,10 +50,7 @@ impl Probe {
                     }
                 }
                 let share = |count: u32| count as f32 / (rays * rays) as f32;
-                (
-                    share(covered),
-                    hits.into_iter().map(|(bank, count)| (bank, share(count))).collect(),
-                )
+                (share(covered), hits.into_iter().map(|(bank, count)| (bank, share(count))).collect())
             })
             .collect();
         let (coverage, seen) = traced.into_iter().unzip();
@@ -69,10 +64,7 @@ impl Probe {
         Raster::from_fn(self.size, self.size, |x, y| {
             let i = y * self.size + x;
             let mirrored = [0, 1, 2].map(|c| {
-                let lamps: f32 = self.seen[i]
-                    .iter()
-                    .map(|&(bank, share)| light.banks[bank as usize][c] * share)
-                    .sum();
+                let lamps: f32 = self.seen[i].iter().map(|&(bank, share)| light.banks[bank as usize][c] * share).sum();
                 self.lamp_radiance * lamps + ambient * self.coverage[i]
             });
             add.as_ref().map_or(mirrored, |add| add(i, mirrored))
@@ -105,12 +97,7 @@ impl LampMap {
         let reach = (std::f32::consts::PI / MAP_HEIGHT as f32) * 0.75 + LAMP_RADIUS_M / RADIUS_M;
         let cells = (0..MAP_WIDTH * MAP_HEIGHT)
             .map(|i| {
-                let centre = light::latlong::texel_direction(
-                    i % MAP_WIDTH,
-                    i / MAP_WIDTH,
-                    MAP_WIDTH,
-                    MAP_HEIGHT,
-                );
+                let centre = light::latlong::texel_direction(i % MAP_WIDTH, i / MAP_WIDTH, MAP_WIDTH, MAP_HEIGHT);
                 let near = |lamp: &Vec3| lamp.dot(centre) > reach.cos();
                 (0..dome.lamps.len() as u32).filter(|&l| near(&dome.lamps[l as usize])).collect()
             })
@@ -130,8 +117,7 @@ impl LampMap {
         self.cells[row * MAP_WIDTH + column]
             .iter()
             .find(|&&lamp| {
-                (dome.lamps[lamp as usize] * RADIUS_M).distance_squared(on_dome)
-                    < LAMP_RADIUS_M * LAMP_RADIUS_M
+                (dome.lamps[lamp as usize] * RADIUS_M).distance_squared(on_dome) < LAMP_RADIUS_M * LAMP_RADIUS_M
             })
             .map(|&lamp| dome.bank_of_lamp[lamp as usize] as u32)
     }
@@ -151,10 +137,7 @@ mod tests {
 
     /// The expected banks, at radiance 1.
     fn only(lit: impl Fn(usize) -> bool, banks: usize) -> BallLight {
-        BallLight {
-            banks: (0..banks).map(|b| [f32::from(u8::from(lit(b))); 3]).collect(),
-            interview: 0.0,
-        }
+        BallLight { banks: (0..banks).map(|b| [f32::from(u8::from(lit(b))); 3]).collect(), interview: 0.0 }
     }
 
     #[test]
@@ -204,8 +187,7 @@ mod tests {
         // All lamps together are a sphere of radiance 1, seen mirrored: mean over the ball is 1.
         let probe = Probe::trace(&Dome::new(41), 128, None);
         let image = probe.image(&only(|_| true, 41), 0.0);
-        let mean =
-            image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
+        let mean = image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
     }
 }

@@ -41,8 +41,7 @@ impl Room {
                 (_, side) => walls[2 + usize::from(side)],
             };
             // Furniture and shadows below, smooth walls above.
-            let clutter =
-                ramp(0.3, -0.6, place.y) * (0.45 * noise(place * 2.3) + 0.25 * noise(place * 7.0));
+            let clutter = ramp(0.3, -0.6, place.y) * (0.45 * noise(place * 2.3) + 0.25 * noise(place * 7.0));
             colour * (1.0 + 0.06 * noise(place * 3.0) + clutter).max(0.05)
         };
         // A doorway or a screen on one side, and lamps on the ceiling.
@@ -95,9 +94,7 @@ pub fn seen(panorama: &Image, direction: Vec3) -> Vec3 {
 }
 
 fn panorama(radiance: impl Fn(Vec3) -> Vec3) -> Image {
-    Raster::from_fn(WIDTH, WIDTH / 2, |x, y| {
-        radiance(texel_direction(x, y, WIDTH, WIDTH / 2)).to_array()
-    })
+    Raster::from_fn(WIDTH, WIDTH / 2, |x, y| radiance(texel_direction(x, y, WIDTH, WIDTH / 2)).to_array())
 }
 
 /// The panorama scaled to a mean radiance of 1 over sphere and channels.

@@ -79,10 +79,7 @@ impl<'a> Session<'a> {
             poses,
             frames,
             truth_frames: truth_frames(settings.frames),
-            environment_weights: environments
-                .iter()
-                .map(|(_, image)| dome.lamp_weights(image))
-                .collect(),
+            environment_weights: environments.iter().map(|(_, image)| dome.lamp_weights(image)).collect(),
             environments,
             light: InterviewLight::draw(&dome, &trouble, &room, bounce.as_deref(), seed),
             room,

@@ -41,11 +41,7 @@ pub const PROBE_AMBIENT: f32 = 2e-4;
 ///
 /// # Errors
 /// When a setting is out of range, a file cannot be written, or the user stops it.
-pub fn write_shoot(
-    folder: &Path,
-    settings: &StageSettings,
-    progress: &Progress,
-) -> Result<StageReport> {
+pub fn write_shoot(folder: &Path, settings: &StageSettings, progress: &Progress) -> Result<StageReport> {
     settings.check()?;
     let start = Instant::now();
     let session = Session::new(folder, settings, progress);
@@ -116,11 +112,8 @@ impl Session<'_> {
             let lit = self.all_banks();
             match self.sways.get(i) {
                 None => {
-                    (pictures.banks.par_iter().enumerate())
-                        .try_for_each(|(bank, light)| olat(bank, light))?;
-                    self.write_tracking(i, exposures.tracking, |_| {
-                        self.trace(pose, &grid, size, false, &[&lit])
-                    })?;
+                    (pictures.banks.par_iter().enumerate()).try_for_each(|(bank, light)| olat(bank, light))?;
+                    self.write_tracking(i, exposures.tracking, |_| self.trace(pose, &grid, size, false, &[&lit]))?;
                 }
                 Some(sway) => {
                     let grids = sway.grids(pose, &self.trouble.look, grid);
@@ -158,19 +151,11 @@ impl Session<'_> {
     }
 
     /// Pose `i` under all banks, at the moments `taken` between the lamps (from 0 to 1).
-    fn write_tracking(
-        &self,
-        i: usize,
-        exposure: f32,
-        taken: impl Fn(f32) -> Result<Pictures>,
-    ) -> Result<()> {
+    fn write_tracking(&self, i: usize, exposure: f32, taken: impl Fn(f32) -> Result<Pictures>) -> Result<()> {
         let lamps = self.dome.banks.len();
         for (k, before) in self.tracking_times().into_iter().flatten().enumerate() {
             let pictures = taken(before as f32 / lamps as f32)?;
-            self.photograph(
-                &format!("tracking/pose{i:02}/frame_{k:02}.png"),
-                &scaled(&pictures.sums[0], exposure),
-            )?;
+            self.photograph(&format!("tracking/pose{i:02}/frame_{k:02}.png"), &scaled(&pictures.sums[0], exposure))?;
         }
         Ok(())
     }
@@ -196,8 +181,7 @@ impl Session<'_> {
             let note = format!("frame {i}");
             let pictures = self.take(pose, &grid, size, (place.is_some(), banks), &note)?;
             if banks && nearest.is_none() && self.trouble != Trouble::default() {
-                nearest =
-                    Some(NearestSum::fit(&pictures.banks, &pictures.sums[0], &pictures.coverage));
+                nearest = Some(NearestSum::fit(&pictures.banks, &pictures.sums[0], &pictures.coverage));
             }
             if self.shipped(i).is_none() {
                 let plate = before_screen(&pictures, exposures.interview);
@@ -236,30 +220,18 @@ impl Session<'_> {
     /// enough that nothing clips. Returns the filter's factor.
     fn write_probes(&self, exposures: &Exposures) -> Result<f32> {
         self.progress.check("the pictures of the subject")?;
-        let surroundings = Surroundings {
-            dome: &self.dome,
-            light: &self.light,
-            room: &self.room,
-            trouble: &self.trouble,
-        };
+        let surroundings =
+            Surroundings { dome: &self.dome, light: &self.light, room: &self.room, trouble: &self.trouble };
         let is_plain = self.light.is_of_banks()
-            && (self.trouble.room, self.trouble.dust, self.trouble.photographer)
-                == (0.0, 0.0, false);
-        let probe =
-            Probe::trace(&self.dome, self.settings.size, (!is_plain).then_some(&surroundings));
+            && (self.trouble.room, self.trouble.dust, self.trouble.photographer) == (0.0, 0.0, false);
+        let probe = Probe::trace(&self.dome, self.settings.size, (!is_plain).then_some(&surroundings));
         let (probe_pixels, ball) = probe.pixels();
-        self.count(&Tally {
-            probe_pixels: probe_pixels as u64,
-            ball: ball as u64,
-            ..Tally::default()
-        });
+        self.count(&Tally { probe_pixels: probe_pixels as u64, ball: ball as u64, ..Tally::default() });
         let filmed = BallLight { banks: self.light.banks.clone(), interview: 1.0 };
         // The camera's exposure changes only after the balls.
         let filmed = filmed.times(exposures.interview / self.trouble.exposure_change);
         let one = |bank: usize| BallLight {
-            banks: (0..self.dome.banks.len())
-                .map(|b| if b == bank { [exposures.olat; 3] } else { [0.0; 3] })
-                .collect(),
+            banks: (0..self.dome.banks.len()).map(|b| if b == bank { [exposures.olat; 3] } else { [0.0; 3] }).collect(),
             interview: 0.0,
         };
         let brightest = (0..self.dome.banks.len())
@@ -267,10 +239,7 @@ impl Session<'_> {
             .map(|bank| probe.brightest(&one(bank)))
             .reduce(|| probe.brightest(&filmed), f32::max);
         let density = PROBE_PEAK * self.trouble.ball_exposure / brightest;
-        self.photograph(
-            "probes/interview.png",
-            &probe.image(&filmed.times(density), PROBE_AMBIENT),
-        )?;
+        self.photograph("probes/interview.png", &probe.image(&filmed.times(density), PROBE_AMBIENT))?;
         (0..self.dome.banks.len()).into_par_iter().try_for_each(|bank| {
             let image = probe.image(&one(bank).times(density), PROBE_AMBIENT);
             self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
@@ -301,8 +270,7 @@ impl Session<'_> {
     }
 
     fn json(&self, name: &str, value: &impl Serialize) -> Result<()> {
-        let text = serde_json::to_vec_pretty(value)
-            .map_err(|e| Error::bug(format!("cannot write {name}: {e}")))?;
+        let text = serde_json::to_vec_pretty(value).map_err(|e| Error::bug(format!("cannot write {name}: {e}")))?;
         self.bytes(name, &text)
     }
 
@@ -317,9 +285,7 @@ impl Session<'_> {
 pub fn before_screen(pictures: &Pictures, exposure: f32) -> Image {
     let mut plate = scaled(&pictures.sums[0], exposure);
     let screen = green_screen(plate.size());
-    for ((pixel, behind), coverage) in
-        (plate.pixels.iter_mut()).zip(&screen.pixels).zip(&pictures.coverage.pixels)
-    {
+    for ((pixel, behind), coverage) in (plate.pixels.iter_mut()).zip(&screen.pixels).zip(&pictures.coverage.pixels) {
         for (level, green) in pixel.iter_mut().zip(behind) {
             *level += (1.0 - coverage) * green;
         }

@@ -18,8 +18,7 @@ impl NearestSum {
     pub fn fit(banks: &[Image], interview: &Image, coverage: &Mask) -> Self {
         const SWEEPS: usize = 2000;
         let n = banks.len();
-        let covered: Vec<usize> =
-            (0..coverage.pixels.len()).filter(|&i| coverage.pixels[i] > 0.98).collect();
+        let covered: Vec<usize> = (0..coverage.pixels.len()).filter(|&i| coverage.pixels[i] > 0.98).collect();
         let mut weights = vec![[0.0; 3]; n];
         let (mut error, mut power) = (0.0f64, 0.0f64);
         for c in 0..3 {
@@ -64,14 +63,11 @@ mod tests {
 
     #[test]
     fn a_sum_of_the_banks_is_found_and_other_light_leaves_a_residual() {
-        let bank = |k: usize| {
-            Raster::from_fn(8, 8, |x, y| [0.1 + ((x * (k + 1) + y * y * k) % 5) as f32; 3])
-        };
+        let bank = |k: usize| Raster::from_fn(8, 8, |x, y| [0.1 + ((x * (k + 1) + y * y * k) % 5) as f32; 3]);
         let banks: Vec<Image> = (0..4).map(bank).collect();
         let weights = [0.5, 0.0, 2.0, 1.0];
-        let mut sum = Raster::from_fn(8, 8, |x, y| {
-            [0, 1, 2].map(|c| (0..4).map(|b| weights[b] * banks[b].at(x, y)[c]).sum())
-        });
+        let mut sum =
+            Raster::from_fn(8, 8, |x, y| [0, 1, 2].map(|c| (0..4).map(|b| weights[b] * banks[b].at(x, y)[c]).sum()));
         let coverage = Raster::filled(8, 8, 1.0);
         let found = NearestSum::fit(&banks, &sum, &coverage);
         assert!(found.residual < 1e-3);

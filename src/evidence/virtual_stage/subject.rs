@@ -54,8 +54,7 @@ impl Subject {
         let stage_from_head = pose.rotation();
         let joint = HEAD_ORIGIN + NECK_JOINT + pose.shift();
         let cord = |side: f32| {
-            let mastoid =
-                stage_from_head * (Vec3::new(0.056 * side, -0.052, -0.024) - NECK_JOINT) + joint;
+            let mastoid = stage_from_head * (Vec3::new(0.056 * side, -0.052, -0.024) - NECK_JOINT) + joint;
             (mastoid, Vec3::new(0.014 * side, -0.168, 0.020))
         };
         Self {
@@ -90,11 +89,7 @@ impl Subject {
         // In a head of another build, distances shrink at most by its smallest factor.
         let near = self.look.build.map_or(1.0, |build| Vec3::from(build).min_element().min(1.0));
         let head = self.head.distances(q);
-        let head = HeadDistances {
-            skin: near * head.skin,
-            eyes: near * head.eyes,
-            teeth: near * head.teeth,
-        };
+        let head = HeadDistances { skin: near * head.skin, eyes: near * head.eyes, teeth: near * head.teeth };
         let neck = self.neck(p);
         let skin = join(head.skin, neck, 0.018);
         let trunk = attire::trunk(p);
@@ -109,8 +104,7 @@ impl Subject {
             (Part::Shirt, attire::shirt(p, trunk, neck)),
             (Part::Jacket, attire::jacket(p, trunk, neck)),
         ];
-        let glasses =
-            (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(self.worn_place(p))));
+        let glasses = (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(self.worn_place(p))));
         let hand = (self.hand > 0.0).then(|| (Part::Hand, accessories::hand(p, self.hand)));
         let all = all.into_iter().chain(glasses).chain(hand);
         all.fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
@@ -137,12 +131,7 @@ impl Subject {
     /// Unit normal of the surface near `p`: the gradient by a tetrahedron of four differences.
     pub fn normal(&self, p: Vec3) -> Vec3 {
         const STEP: f32 = 4e-4;
-        let corners = [
-            Vec3::new(1.0, -1.0, -1.0),
-            Vec3::new(-1.0, -1.0, 1.0),
-            Vec3::new(-1.0, 1.0, -1.0),
-            Vec3::ONE,
-        ];
+        let corners = [Vec3::new(1.0, -1.0, -1.0), Vec3::new(-1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::ONE];
         corners.iter().map(|&c| c * self.distance(p + c * STEP)).sum::<Vec3>().normalize_or(Vec3::Z)
     }
 }

@@ -67,13 +67,10 @@ impl Sway {
             let [drift, rest @ ..] = waves[axis];
             let sways = rest.iter().enumerate();
             2.0 * drift[0] * time
-                + sways
-                    .map(|(k, [size, phase])| size * (TAU * (k as f32 + 0.7) * time + phase).sin())
-                    .sum::<f32>()
+                + sways.map(|(k, [size, phase])| size * (TAU * (k as f32 + 0.7) * time + phase).sin()).sum::<f32>()
         };
         let mut path: Vec<[f32; 2]> = (0..STEPS).map(|i| [at(i, 0), 0.6 * at(i, 1)]).collect();
-        let mean =
-            [0, 1].map(|axis: usize| path.iter().map(|p| p[axis]).sum::<f32>() / STEPS as f32);
+        let mean = [0, 1].map(|axis: usize| path.iter().map(|p| p[axis]).sum::<f32>() / STEPS as f32);
         let mut farthest = 0.0f32;
         for place in &mut path {
             *place = [place[0] - mean[0], place[1] - mean[1]];
@@ -152,8 +149,7 @@ mod tests {
         for (pose, pixels) in [(0, 3.0), (4, 0.5)] {
             let sway = Sway::draw(pixels, 9, pose);
             let metres = pixels * FRAME_HEIGHT_M / 256.0;
-            let far: Vec<f32> =
-                (0..=200).map(|i| sway.face_m(i as f32 / 200.0)).map(|[x, y]| x.hypot(y)).collect();
+            let far: Vec<f32> = (0..=200).map(|i| sway.face_m(i as f32 / 200.0)).map(|[x, y]| x.hypot(y)).collect();
             let farthest = far.iter().copied().fold(0.0, f32::max);
             assert!((farthest / metres - 1.0).abs() < 0.02, "{farthest}");
             assert!(far.windows(2).all(|w| (w[0] - w[1]).abs() < 0.15 * metres));

@@ -68,14 +68,7 @@ pub struct Transport<'a> {
 impl Transport<'_> {
     /// Adds, for every source, `share` of the radiance that `point` sends to the camera while the source has unit
     /// radiance over its part of the sphere. Sources that are not `wanted` are skipped.
-    pub fn add(
-        &self,
-        point: &Point,
-        share: f32,
-        wanted: &[bool],
-        out: &mut [Vec3],
-        tally: &mut Tally,
-    ) {
+    pub fn add(&self, point: &Point, share: f32, wanted: &[bool], out: &mut [Vec3], tally: &mut Tally) {
         let everything = self.effort == Effort::Everything;
         let surface = &point.surface;
         let skin = surface.below.x > 0.0;
@@ -101,9 +94,7 @@ impl Transport<'_> {
         self.grid.pass(start, &directions, enough, &mut passages);
         tally.points += 1;
         tally.shadow_rays += directions.len() as u64;
-        for ((&(lamp, distance, facing), &light), passage) in
-            facing_lamps.iter().zip(&directions).zip(&passages)
-        {
+        for ((&(lamp, distance, facing), &light), passage) in facing_lamps.iter().zip(&directions).zip(&passages) {
             let source = &self.sources[lamp];
             let penumbra = source.radius_m / distance;
             let visible = ramp(-penumbra, penumbra, passage.clearance);

@@ -210,11 +210,7 @@ impl TroubleSettings {
         let within = |what: &str, value: Option<f32>, range: RangeInclusive<f32>| match value {
             // NaN is in no range, so it is refused too.
             Some(value) if !range.contains(&value) => Err(Error::invalid(
-                format!(
-                    "{what} of the virtual stage can be from {} to {}, not {value}",
-                    range.start(),
-                    range.end()
-                ),
+                format!("{what} of the virtual stage can be from {} to {}, not {value}", range.start(), range.end()),
                 "Choose a number in that range",
             )),
             _ => Ok(()),
@@ -234,8 +230,7 @@ impl TroubleSettings {
         within("--ball-exposure", self.ball_exposure, 0.1..=100.0)?;
         (self.build.iter().flatten())
             .try_for_each(|factor| within("each factor of --build", Some(*factor), 0.85..=1.15))?;
-        (self.tint.iter().flatten())
-            .try_for_each(|factor| within("each factor of --tint", Some(*factor), 0.05..=20.0))
+        (self.tint.iter().flatten()).try_for_each(|factor| within("each factor of --tint", Some(*factor), 0.05..=20.0))
     }
 
     /// Troubles of the shoot: the plain stage, or values drawn from `seed`, overridden by the given settings.

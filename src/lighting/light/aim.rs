@@ -66,11 +66,7 @@ impl LampResponses {
     ///
     /// # Errors
     /// Passes on the error of `olat`, which gets the lamp's index.
-    pub fn new<E>(
-        rig: &Rig,
-        matte: &Mask,
-        mut olat: impl FnMut(usize) -> Result<Image, E>,
-    ) -> Result<Self, E> {
+    pub fn new<E>(rig: &Rig, matte: &Mask, mut olat: impl FnMut(usize) -> Result<Image, E>) -> Result<Self, E> {
         let mut lamps = Vec::new();
         for (i, lamp) in rig.lamps.iter().enumerate() {
             if !lamp.is_usable() {
@@ -94,10 +90,8 @@ impl LampResponses {
     /// The reason for a missing direction, as [`NoAim`].
     pub fn aim(&self, at: [usize; 2]) -> Result<Vec3, NoAim> {
         let scores = self.scores(at)?;
-        let weighed: Vec<(Vec3, f32)> = (self.lamps.iter())
-            .map(|lamp| lamp.direction)
-            .zip(scores.map(|score| score * score))
-            .collect();
+        let weighed: Vec<(Vec3, f32)> =
+            (self.lamps.iter()).map(|lamp| lamp.direction).zip(scores.map(|score| score * score)).collect();
         Ok(densest(&weighed, spacing(&weighed)))
     }
 
@@ -123,9 +117,8 @@ impl LampResponses {
             return Err(NoAim::FewLamps);
         }
         let near = self.neighbourhood([x, y]);
-        let here: Vec<f32> = (self.lamps.iter())
-            .map(|lamp| near.iter().map(|&(i, share)| share * lamp.light.pixels[i]).sum())
-            .collect();
+        let here: Vec<f32> =
+            (self.lamps.iter()).map(|lamp| near.iter().map(|&(i, share)| share * lamp.light.pixels[i]).sum()).collect();
         let brightest = here.iter().copied().fold(0.0, f32::max);
         let peak = self.lamps.iter().map(|lamp| lamp.peak).fold(0.0, f32::max);
         let lit = brightest.is_finite() && brightest > LEAST_LIGHT * peak;
@@ -182,11 +175,8 @@ impl LampResponse {
         let mut covered: Vec<f32> =
             covered.filter(|(_, matte)| **matte >= LEAST_MATTE).map(|(light, _)| *light).collect();
         let rank = covered.len() / BRIGHTEST;
-        let peak = if covered.is_empty() {
-            0.0
-        } else {
-            *covered.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1
-        };
+        let peak =
+            if covered.is_empty() { 0.0 } else { *covered.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1 };
         Self { index, direction: lamp.direction.normalize(), light, peak }
     }
 }

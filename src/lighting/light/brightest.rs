@@ -177,20 +177,12 @@ mod tests {
     }
 
     fn disc(yaw_deg: f32, pitch_deg: f32, radius_deg: f32, intensity: f32) -> PlacedLight {
-        PlacedLight {
-            kind: Kind::Disc,
-            yaw_deg,
-            pitch_deg,
-            radius_deg,
-            intensity,
-            ..PlacedLight::default()
-        }
+        PlacedLight { kind: Kind::Disc, yaw_deg, pitch_deg, radius_deg, intensity, ..PlacedLight::default() }
     }
 
     #[test]
     fn a_sun_is_one_area_on_the_seam_and_on_the_poles_too() {
-        for (yaw, pitch) in [(180.0, 10.0), (0.0, 90.0), (12.0, -90.0), (-179.9, 80.0), (40.0, 0.0)]
-        {
+        for (yaw, pitch) in [(180.0, 10.0), (0.0, 90.0), (12.0, -90.0), (-179.9, 80.0), (40.0, 0.0)] {
             let sun = disc(yaw, pitch, 5.0, 2.0);
             let found = areas(&with_lights(&black(512), std::slice::from_ref(&sun)), 5);
             assert_eq!(found.len(), 1, "at {yaw} {pitch}");
@@ -204,11 +196,7 @@ mod tests {
 
     #[test]
     fn three_windows_are_three_areas_in_the_order_of_their_energy() {
-        let windows = [
-            disc(-100.0, 20.0, 6.0, 1.0),
-            disc(30.0, 40.0, 3.0, 4.0),
-            disc(170.0, -10.0, 9.0, 2.0),
-        ];
+        let windows = [disc(-100.0, 20.0, 6.0, 1.0), disc(30.0, 40.0, 3.0, 4.0), disc(170.0, -10.0, 9.0, 2.0)];
         let mut room = with_lights(&black(512), &windows);
         room.radiance.pixels.iter_mut().flatten().for_each(|v| *v += 0.01);
         let found = areas(&room, 3);
@@ -232,10 +220,8 @@ mod tests {
 
     #[test]
     fn areas_fall_on_the_lamps_before_them() {
-        let lamp =
-            |at: &PlacedLight, confidence| Lamp { confidence, ..Lamp::new("", at.direction()) };
-        let spots =
-            [disc(-120.0, 0.0, 3.0, 1.0), disc(0.0, 0.0, 3.0, 1.0), disc(120.0, 0.0, 3.0, 1.0)];
+        let lamp = |at: &PlacedLight, confidence| Lamp { confidence, ..Lamp::new("", at.direction()) };
+        let spots = [disc(-120.0, 0.0, 3.0, 1.0), disc(0.0, 0.0, 3.0, 1.0), disc(120.0, 0.0, 3.0, 1.0)];
         let mut rig = Rig { lamps: spots.iter().map(|spot| lamp(spot, 1.0)).collect() };
         let area = &areas(&with_lights(&black(256), &spots[1..2]), 1)[0];
         let yaw = |degrees| rotation(degrees, 0.0, 0.0);
@@ -257,10 +243,7 @@ mod tests {
         let even = Environment::from_radiance("", Image::filled(64, 32, [0.5; 3]));
         let found = areas(&even, 4);
         assert!(found.len() == 1 && (found[0].share - 1.0).abs() < 1e-6);
-        assert_eq!(
-            areas(&Environment::from_radiance("", Image::filled(1, 1, [1.0; 3])), 2).len(),
-            1
-        );
+        assert_eq!(areas(&Environment::from_radiance("", Image::filled(1, 1, [1.0; 3])), 2).len(), 1);
     }
 
     proptest! {

@@ -28,9 +28,8 @@ impl Environment {
     /// median of its neighbours, which a single sun does not raise.
     pub fn from_radiance(name: impl Into<String>, mut radiance: Image) -> Self {
         let is_light = |v: f32| (0.0..=MOST_RADIANCE).contains(&v);
-        let broken: Vec<usize> = (0..radiance.pixels.len())
-            .filter(|&i| !radiance.pixels[i].into_iter().all(is_light))
-            .collect();
+        let broken: Vec<usize> =
+            (0..radiance.pixels.len()).filter(|&i| !radiance.pixels[i].into_iter().all(is_light)).collect();
         if !broken.is_empty() {
             let finite = radiance.pixels.iter().flatten().copied().filter(|&v| is_light(v));
             let brightest = match finite.fold(0.0, f32::max) {
@@ -81,17 +80,13 @@ impl Environment {
         let mut radiance = Image::filled(width, height, [0.0; 3]);
         for (y, out) in radiance.pixels.chunks_exact_mut(width).enumerate() {
             // Rows y and y + 1 of the target, in units of source rows:
-            let (top, bottom) = (
-                y as f64 * source as f64 / height as f64,
-                (y + 1) as f64 * source as f64 / height as f64,
-            );
+            let (top, bottom) =
+                (y as f64 * source as f64 / height as f64, (y + 1) as f64 * source as f64 / height as f64);
             let mut sums = vec![[0.0f64; 3]; width];
             for from in (top as usize)..(bottom.ceil() as usize).min(source) {
-                let share = band((from as f64).max(top), (from as f64 + 1.0).min(bottom), source)
-                    / band(top, bottom, source);
-                for (sum, pixel) in
-                    sums.iter_mut().zip(&columns.pixels[from * width..(from + 1) * width])
-                {
+                let share =
+                    band((from as f64).max(top), (from as f64 + 1.0).min(bottom), source) / band(top, bottom, source);
+                for (sum, pixel) in sums.iter_mut().zip(&columns.pixels[from * width..(from + 1) * width]) {
                     for c in 0..3 {
                         sum[c] += share * f64::from(pixel[c]);
                     }
@@ -124,9 +119,7 @@ impl Environment {
             self.radiance.at(column as usize, row)
         };
         let [a, b, c, d] = [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)];
-        std::array::from_fn(|i| {
-            (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
-        })
+        std::array::from_fn(|i| (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i]))
     }
 }
 
@@ -181,9 +174,7 @@ mod tests {
     fn a_uniform_sky_has_four_pi_of_energy() {
         let sky = Environment::from_radiance("sky", Image::filled(37, 19, [1.0, 2.0, 0.0]));
         let [r, g, b] = sky.energy();
-        assert!(
-            (r - 4.0 * std::f64::consts::PI).abs() < 1e-9 && (g - 2.0 * r).abs() < 1e-9 && b == 0.0
-        );
+        assert!((r - 4.0 * std::f64::consts::PI).abs() < 1e-9 && (g - 2.0 * r).abs() < 1e-9 && b == 0.0);
     }
 
     #[test]
@@ -249,9 +240,7 @@ mod tests {
 
     #[test]
     fn a_panorama_of_the_shared_data_is_read() {
-        let Some(path) = test_support::shared("data/hdri/probulator_pisa.hdr") else {
-            return;
-        };
+        let Some(path) = test_support::shared("data/hdri/probulator_pisa.hdr") else { return };
         let pisa = crate::panorama::load(&path).unwrap();
         assert_eq!((pisa.name.as_str(), pisa.repaired_texels), ("probulator_pisa", 0));
         assert_same_energy(&pisa, &pisa.reduced(128));

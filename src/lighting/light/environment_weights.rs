@@ -20,13 +20,7 @@ impl EnvironmentWeights {
     pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
         let partition = Partition::new(weighting, rig);
         let reduced = environment.reduced(Partition::WIDTH);
-        Self {
-            weighting,
-            yaws: YawTable::new(&partition, &reduced),
-            partition,
-            reduced,
-            rig: rig.clone(),
-        }
+        Self { weighting, yaws: YawTable::new(&partition, &reduced), partition, reduced, rig: rig.clone() }
     }
 
     /// Replaces the environment and keeps everything that depends only on the rig.
@@ -61,17 +55,16 @@ impl EnvironmentWeights {
         let mut placed = self.partition.weights(&lights, 0.0);
         scale(&mut placed, [unit; 3]);
         // Average of both uncovered shares, weighted by energy.
-        let energies =
-            [(&self.reduced, gains, weights.uncovered), (&lights, [unit; 3], placed.uncovered)]
-                .map(|(environment, gains, uncovered)| {
-                    let energy = environment.energy();
-                    let graded = std::array::from_fn(|c| energy[c] as f32 * gains[c]);
-                    (luminance(graded), uncovered)
-                });
+        let energies = [(&self.reduced, gains, weights.uncovered), (&lights, [unit; 3], placed.uncovered)].map(
+            |(environment, gains, uncovered)| {
+                let energy = environment.energy();
+                let graded = std::array::from_fn(|c| energy[c] as f32 * gains[c]);
+                (luminance(graded), uncovered)
+            },
+        );
         let total: f32 = energies.iter().map(|(energy, _)| energy).sum();
         if total > 0.0 && total.is_finite() {
-            weights.uncovered =
-                energies.iter().map(|(energy, share)| energy * share).sum::<f32>() / total;
+            weights.uncovered = energies.iter().map(|(energy, share)| energy * share).sum::<f32>() / total;
         }
         for (weight, placed) in weights.per_lamp.iter_mut().zip(&placed.per_lamp) {
             *weight = std::array::from_fn(|c| (weight[c] + placed[c]).min(weights::MOST));
@@ -144,18 +137,11 @@ mod tests {
     fn a_grade_scales_every_channel() {
         let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         let plain = lit.weights(&Lighting::default(), 5.0, 1.0);
-        let graded = Lighting {
-            intensity_stops: 2.0,
-            temperature_k: 3200.0,
-            tint: 10.0,
-            ..Lighting::default()
-        };
+        let graded = Lighting { intensity_stops: 2.0, temperature_k: 3200.0, tint: 10.0, ..Lighting::default() };
         let gains = white::gains(3200.0, 10.0);
         let warm = lit.weights(&graded, 5.0, 1.0);
         for (warm, plain) in warm.per_lamp.iter().zip(&plain.per_lamp) {
-            (0..3).for_each(|c| {
-                assert!((warm[c] - 4.0 * gains[c] * plain[c]).abs() <= 1e-4 * warm[c])
-            });
+            (0..3).for_each(|c| assert!((warm[c] - 4.0 * gains[c] * plain[c]).abs() <= 1e-4 * warm[c]));
         }
         assert!(gains[0] > 1.2 && gains[2] < 0.6, "{gains:?}");
     }
@@ -166,8 +152,7 @@ mod tests {
         let light = PlacedLight { yaw_deg: 90.0, pitch_deg: 10.0, ..PlacedLight::default() };
         let with = Lighting { placed: vec![light.clone()], ..Lighting::default() };
         let added = |lit: &mut EnvironmentWeights, yaw: f32| -> Vec<f32> {
-            let (a, b) =
-                (lit.weights(&with, yaw, 3.0), lit.weights(&Lighting::default(), yaw, 3.0));
+            let (a, b) = (lit.weights(&with, yaw, 3.0), lit.weights(&Lighting::default(), yaw, 3.0));
             a.per_lamp.iter().zip(&b.per_lamp).map(|(a, b)| a[1] - b[1]).collect()
         };
         let here = added(&mut lit, 0.0);
@@ -185,12 +170,8 @@ mod tests {
     #[test]
     fn solo_lights_shine_alone_and_without_the_environment() {
         let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
-        let at = |yaw_deg: f32, solo: bool, enabled: bool| PlacedLight {
-            yaw_deg,
-            solo,
-            enabled,
-            ..PlacedLight::default()
-        };
+        let at =
+            |yaw_deg: f32, solo: bool, enabled: bool| PlacedLight { yaw_deg, solo, enabled, ..PlacedLight::default() };
         let mut weights = |placed: Vec<PlacedLight>, intensity_stops: f32| {
             let lighting = Lighting { placed, intensity_stops, ..Lighting::default() };
             lit.weights(&lighting, 20.0, 1.0)
@@ -212,11 +193,8 @@ mod tests {
     #[test]
     fn a_group_turns_its_lights_up_mutes_them_and_shows_them_alone() {
         let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
-        let light = |yaw_deg: f32, group: &str| PlacedLight {
-            yaw_deg,
-            group: group.to_owned(),
-            ..PlacedLight::default()
-        };
+        let light =
+            |yaw_deg: f32, group: &str| PlacedLight { yaw_deg, group: group.to_owned(), ..PlacedLight::default() };
         let group = LightGroup { name: "Left".to_owned(), ..LightGroup::default() };
         let plain = Lighting {
             placed: vec![light(-90.0, "Left"), light(90.0, ""), light(0.0, "gone")],
@@ -260,11 +238,7 @@ mod tests {
                 intensity_stops: bad,
                 temperature_k: bad,
                 tint: bad,
-                placed: vec![PlacedLight {
-                    intensity: bad,
-                    yaw_deg: bad,
-                    ..PlacedLight::default()
-                }],
+                placed: vec![PlacedLight { intensity: bad, yaw_deg: bad, ..PlacedLight::default() }],
                 ..Lighting::default()
             };
             let weights = lit.weights(&lighting, 3.0, 1.0);

@@ -40,10 +40,6 @@ fn is_unknown(id: &u32) -> bool {
 impl LightGroup {
     /// Factor on the intensity of the group's lights; NaN counts as 0 stops.
     pub fn gain(&self) -> f32 {
-        if self.gain_stops.is_nan() {
-            1.0
-        } else {
-            (self.gain_stops).clamp(*STOPS.start(), *STOPS.end()).exp2()
-        }
+        if self.gain_stops.is_nan() { 1.0 } else { (self.gain_stops).clamp(*STOPS.start(), *STOPS.end()).exp2() }
     }
 }

@@ -94,12 +94,7 @@ mod tests {
     #[test]
     fn a_light_falls_where_the_ball_faces_it_and_from_behind_nowhere() {
         let highlights = highlights(&rig(96));
-        for direction in [
-            Vec3::Z,
-            Vec3::new(0.5, 0.0, 0.8),
-            Vec3::new(-0.4, 0.5, 0.7),
-            Vec3::new(0.2, -0.6, 0.7),
-        ] {
+        for direction in [Vec3::Z, Vec3::new(0.5, 0.0, 0.8), Vec3::new(-0.4, 0.5, 0.7), Vec3::new(0.2, -0.6, 0.7)] {
             let direction = direction.normalize();
             let [x, y] = highlights.at(direction).unwrap();
             let faces = normal(x.round() as usize, y.round() as usize).unwrap();

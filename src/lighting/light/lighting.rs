@@ -69,11 +69,7 @@ pub struct Lighting {
     /// elevation. At intensity π, white facing the light has radiance 1. Repeatable.
     ///
     /// Independent of the environment's rotation; invisible in the background.
-    #[arg(
-        long = "light",
-        value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]",
-        allow_hyphen_values = true
-    )]
+    #[arg(long = "light", value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]", allow_hyphen_values = true)]
     pub placed: Vec<PlacedLight>,
     /// Groups of placed lights.
     #[arg(skip)]
@@ -146,9 +142,7 @@ impl Lighting {
         let sky = (!self.is_solo()).then(|| Self { placed: Vec::new(), ..self.clone() });
         let mut parts = vec![("environment".to_owned(), sky)];
         for group in self.groups.iter().filter(|group| !group.name.is_empty()) {
-            let member = |light: &PlacedLight| {
-                self.group_of(light).is_some_and(|of| std::ptr::eq(of, group))
-            };
+            let member = |light: &PlacedLight| self.group_of(light).is_some_and(|of| std::ptr::eq(of, group));
             parts.push(part(group.name.clone(), &member));
         }
         for (index, alone) in self.placed.iter().enumerate() {
@@ -237,8 +231,7 @@ mod tests {
     fn each_light_gets_a_number_of_its_own_and_keeps_it() {
         let numbered = |ids: &[u32]| {
             let light = |&id: &u32| PlacedLight { id, ..PlacedLight::default() };
-            let mut lighting =
-                Lighting { placed: ids.iter().map(light).collect(), ..Lighting::default() };
+            let mut lighting = Lighting { placed: ids.iter().map(light).collect(), ..Lighting::default() };
             let group = |&id: &u32| LightGroup { id, ..LightGroup::default() };
             lighting.groups = ids.iter().map(group).collect();
             lighting.number_lights();

@@ -71,10 +71,8 @@ impl Patch {
                 (TAU * (column / (width * across) as f64 - 0.5)).sin_cos()
             })
             .collect();
-        let parts: Vec<Vec<f64>> = (first..last)
-            .into_par_iter()
-            .map(|y| seen.row(y, height, &turns, across, width))
-            .collect();
+        let parts: Vec<Vec<f64>> =
+            (first..last).into_par_iter().map(|y| seen.row(y, height, &turns, across, width)).collect();
         let total: f64 = parts.iter().flatten().sum();
         if total <= 0.0 {
             return;
@@ -179,14 +177,7 @@ impl DrawnPatch {
     }
 
     /// ∫ level dω over each texel of a row, from the sines and cosines of the samples' azimuths.
-    fn row(
-        &self,
-        y: usize,
-        height: usize,
-        turns: &[(f64, f64)],
-        across: usize,
-        width: usize,
-    ) -> Vec<f64> {
+    fn row(&self, y: usize, height: usize, turns: &[(f64, f64)], across: usize, width: usize) -> Vec<f64> {
         let mut sums = vec![0.0; turns.len() / across];
         for row in y * across..(y + 1) * across {
             let theta = PI * (row as f64 + 0.5) / (height * across) as f64;
@@ -194,8 +185,7 @@ impl DrawnPatch {
             let solid_angle = texel_solid_angle(row, width * across, height * across);
             for (sum, turns) in sums.iter_mut().zip(turns.chunks_exact(across)) {
                 for (sin_phi, cos_phi) in turns {
-                    let direction =
-                        DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+                    let direction = DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
                     *sum += solid_angle * self.level(direction);
                 }
             }
@@ -258,8 +248,7 @@ mod tests {
 
     #[test]
     fn a_disc_covers_its_solid_angle() {
-        let disc =
-            Patch { azimuth: 0.4, elevation: 0.3, outline: Outline::Disc(0.5), softness: 0.0 };
+        let disc = Patch { azimuth: 0.4, elevation: 0.3, outline: Outline::Disc(0.5), softness: 0.0 };
         let image = drawn(disc, (1024, 512));
         let level = image.pixels.iter().map(|p| f64::from(p[0])).fold(0.0, f64::max);
         let solid_angle = TAU * (1.0 - 0.5f64.cos());
@@ -269,10 +258,7 @@ mod tests {
     #[test]
     fn a_patch_that_moves_a_hundredth_of_a_texel_does_not_jump() {
         let at = |azimuth: f64, elevation: f64| {
-            drawn(
-                Patch { azimuth, elevation, outline: Outline::Disc(0.001), softness: 0.5 },
-                (64, 32),
-            )
+            drawn(Patch { azimuth, elevation, outline: Outline::Disc(0.001), softness: 0.5 }, (64, 32))
         };
         let step = PI / 32.0 / 100.0;
         for i in 0..100 {
@@ -282,9 +268,7 @@ mod tests {
                 .iter()
                 .zip(&b.pixels)
                 .enumerate()
-                .map(|(i, (a, b))| {
-                    f64::from((a[0] - b[0]).abs()) * texel_solid_angle(i / 64, 64, 32)
-                })
+                .map(|(i, (a, b))| f64::from((a[0] - b[0]).abs()) * texel_solid_angle(i / 64, 64, 32))
                 .sum();
             // The disc moves by a hundredth of its width, its samples by sixteenths.
             assert!(moved / 3.0 < 0.06, "step {i} moved {moved} of 3");

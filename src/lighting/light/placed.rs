@@ -108,11 +108,9 @@ impl PlacedLight {
     #[must_use]
     pub fn towards(self, direction: glam::Vec3) -> Self {
         match direction.try_normalize() {
-            Some(glam::Vec3 { x, y, z }) => Self {
-                yaw_deg: x.atan2(-z).to_degrees(),
-                pitch_deg: y.clamp(-1.0, 1.0).asin().to_degrees(),
-                ..self
-            },
+            Some(glam::Vec3 { x, y, z }) => {
+                Self { yaw_deg: x.atan2(-z).to_degrees(), pitch_deg: y.clamp(-1.0, 1.0).asin().to_degrees(), ..self }
+            }
             None => self,
         }
     }
@@ -176,15 +174,12 @@ impl FromStr for PlacedLight {
     /// Parses azimuth, elevation and size in degrees, intensity, and an optional colour (white by default).
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         const NAMES: &str = "AZIMUTH,ELEVATION,SIZE,INTENSITY or the same with R,G,B";
-        let full =
-            if text.matches(',').count() == 3 { format!("{text},1,1,1") } else { text.to_owned() };
+        let full = if text.matches(',').count() == 3 { format!("{text},1,1,1") } else { text.to_owned() };
         let values = numbers(&full, NAMES)?.map(|v: f64| v as f32);
         let [yaw, pitch, size, intensity, r, g, b] = values;
         let lights = size >= 0.0 && intensity >= 0.0 && [r, g, b].iter().all(|v| *v >= 0.0);
         if !lights || !values.iter().all(|v| v.is_finite()) || pitch.abs() > 90.0 {
-            return Err(format!(
-                "{text:?} is not a light: {NAMES}, elevation within 90°, the rest not negative"
-            ));
+            return Err(format!("{text:?} is not a light: {NAMES}, elevation within 90°, the rest not negative"));
         }
         Ok(Self {
             yaw_deg: yaw,
@@ -205,9 +200,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn sky(width: usize, height: usize) -> Environment {
-        let image = Image::from_fn(width, height, |x, y| {
-            [0.2 + (x % 7) as f32 * 0.1, 0.5, 0.1 + (y % 5) as f32 * 0.2]
-        });
+        let image = Image::from_fn(width, height, |x, y| [0.2 + (x % 7) as f32 * 0.1, 0.5, 0.1 + (y % 5) as f32 * 0.2]);
         Environment::from_radiance("sky", image)
     }
 
@@ -281,9 +274,7 @@ mod tests {
         for (yaw_deg, pitch_deg) in [(0.0, 0.0), (-135.0, 45.0), (90.0, -80.0), (179.0, 10.0)] {
             let there = PlacedLight { yaw_deg, pitch_deg, ..PlacedLight::default() };
             let put = PlacedLight::default().towards(3.0 * there.direction());
-            assert!(
-                (put.yaw_deg - yaw_deg).abs() < 1e-3 && (put.pitch_deg - pitch_deg).abs() < 1e-3
-            );
+            assert!((put.yaw_deg - yaw_deg).abs() < 1e-3 && (put.pitch_deg - pitch_deg).abs() < 1e-3);
         }
         let up = PlacedLight::default().towards(glam::Vec3::Y);
         assert!(up.direction().distance(glam::Vec3::Y) < 1e-6);
@@ -296,9 +287,7 @@ mod tests {
     fn lights_at_the_poles_and_on_the_seam_have_their_energy() {
         let black = Environment::from_radiance("", Image::filled(512, 256, [0.0; 3]));
         for kind in [Kind::Point, Kind::Disc, Kind::Area] {
-            for (yaw_deg, pitch_deg) in
-                [(0.0, 90.0), (33.0, -90.0), (180.0, 0.0), (-180.0, 20.0), (539.9, 89.9)]
-            {
+            for (yaw_deg, pitch_deg) in [(0.0, 90.0), (33.0, -90.0), (180.0, 0.0), (-180.0, 20.0), (539.9, 89.9)] {
                 let light = PlacedLight { kind, yaw_deg, pitch_deg, ..PlacedLight::default() };
                 let [energy, ..] = with_lights(&black, std::slice::from_ref(&light)).energy();
                 let wanted = std::f64::consts::PI;
@@ -309,10 +298,7 @@ mod tests {
 
     #[test]
     fn a_light_in_front_of_a_lamp_is_that_lamp() {
-        let lamp = |name: &str, light: &PlacedLight| Lamp {
-            energy: [2.0; 3],
-            ..Lamp::new(name, light.direction())
-        };
+        let lamp = |name: &str, light: &PlacedLight| Lamp { energy: [2.0; 3], ..Lamp::new(name, light.direction()) };
         let at = |yaw_deg, pitch_deg| PlacedLight {
             kind: Kind::Disc,
             yaw_deg,
@@ -325,11 +311,7 @@ mod tests {
         let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
         for (i, spot) in spots.iter().enumerate() {
             let lit = with_lights(&black, std::slice::from_ref(spot));
-            for (j, weights) in Partition::cells(&rig, Partition::WIDTH)
-                .weights(&lit, 0.0)
-                .per_lamp
-                .iter()
-                .enumerate()
+            for (j, weights) in Partition::cells(&rig, Partition::WIDTH).weights(&lit, 0.0).per_lamp.iter().enumerate()
             {
                 let wanted = if i == j { 0.5 * std::f32::consts::PI } else { 0.0 };
                 assert!((weights[0] - wanted).abs() < 1e-3, "lamp {j} under spot {i}: {weights:?}");

@@ -36,14 +36,7 @@ impl Lamp {
 
     /// Lamp of energy 1 and a spread of 5 degrees, seen for certain and without clipping.
     pub fn new(name: impl Into<String>, direction: Vec3) -> Self {
-        Self {
-            name: name.into(),
-            direction,
-            energy: [1.0; 3],
-            spread_deg: 5.0,
-            confidence: 1.0,
-            clipped: 0.0,
-        }
+        Self { name: name.into(), direction, energy: [1.0; 3], spread_deg: 5.0, confidence: 1.0, clipped: 0.0 }
     }
 
     /// True if the ball shows the lamp in every channel. A channel without light would need an infinite weight.
@@ -73,7 +66,8 @@ mod tests {
 
     #[test]
     fn a_file_that_does_not_speak_of_clipping_is_read() {
-        let text = "lamps = [{ name = \"a\", direction = [0, 1, 0], energy = [1, 1, 1], spread_deg = 1, confidence = 1 }]";
+        let text =
+            "lamps = [{ name = \"a\", direction = [0, 1, 0], energy = [1, 1, 1], spread_deg = 1, confidence = 1 }]";
         let rig: Rig = toml::from_str(text).unwrap();
         assert!(rig.lamps[0].clipped == 0.0 && rig.lamps[0].is_usable());
     }

@@ -57,17 +57,11 @@ pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
 
 /// Covering and separation of the chosen lamps.
 fn measure(directions: &[Vec3], samples: &[Vec3], indices: Vec<usize>) -> Subset {
-    let nearest = |sample: &Vec3| {
-        indices.iter().map(|&i| angle(directions[i], *sample)).fold(std::f32::consts::PI, f32::min)
-    };
+    let nearest =
+        |sample: &Vec3| indices.iter().map(|&i| angle(directions[i], *sample)).fold(std::f32::consts::PI, f32::min);
     let covering = samples.par_iter().map(nearest).reduce(|| 0.0, f32::max);
-    let pairs = indices
-        .iter()
-        .enumerate()
-        .flat_map(|(k, &i)| indices[k + 1..].iter().map(move |&j| (i, j)));
-    let separation = pairs
-        .map(|(i, j)| angle(directions[i], directions[j]))
-        .fold(std::f32::consts::PI, f32::min);
+    let pairs = indices.iter().enumerate().flat_map(|(k, &i)| indices[k + 1..].iter().map(move |&j| (i, j)));
+    let separation = pairs.map(|(i, j)| angle(directions[i], directions[j])).fold(std::f32::consts::PI, f32::min);
     Subset { covering_deg: covering.to_degrees(), separation_deg: separation.to_degrees(), indices }
 }
 
@@ -172,10 +166,8 @@ impl<'a> Cost<'a> {
         let lamps = self.directions.len();
         // Every swap lowers the cost, so the loop ends; the bound limits the time.
         for _ in 0..lamps {
-            let nearest: Vec<Nearest> = (0..self.far[0].len())
-                .into_par_iter()
-                .map(|sample| Nearest::new(sample, &self.far, chosen))
-                .collect();
+            let nearest: Vec<Nearest> =
+                (0..self.far[0].len()).into_par_iter().map(|sample| Nearest::new(sample, &self.far, chosen)).collect();
             // Change of the cost from removing each chosen lamp without a replacement.
             let closeness = |&lamp: &usize| -> f64 {
                 let others = chosen.iter().filter(|other| **other != lamp);
@@ -204,13 +196,7 @@ impl<'a> Cost<'a> {
     }
 
     /// The best chosen lamp to swap for `lamp`, and the change of the cost.
-    fn best_swap(
-        &self,
-        lamp: usize,
-        chosen: &[usize],
-        nearest: &[Nearest],
-        mut change: Vec<f64>,
-    ) -> (usize, f64) {
+    fn best_swap(&self, lamp: usize, chosen: &[usize], nearest: &[Nearest], mut change: Vec<f64>) -> (usize, f64) {
         let mut gain = 0.0f64;
         for (near, cost) in nearest.iter().zip(&self.far[lamp]) {
             let cost = f64::from(*cost);
@@ -332,8 +318,7 @@ mod tests {
                     })
                     .min_by(|a, b| a.covering_deg.total_cmp(&b.covering_deg))
                     .unwrap();
-                let figures =
-                    |s: &Subset| format!("{:5.1}° / {:4.1}°", s.covering_deg, s.separation_deg);
+                let figures = |s: &Subset| format!("{:5.1}° / {:4.1}°", s.covering_deg, s.separation_deg);
                 println!(
                     "{count} of {name}: covering / separation {} in {ms:.0} ms; greedy {}; best of 20 random {}",
                     figures(&chosen),
@@ -365,8 +350,7 @@ mod tests {
 
     #[test]
     fn one_lamp_of_a_cone_is_its_middle() {
-        let directions: Vec<Vec3> =
-            Dome::new(400).banks.into_iter().filter(|d| d.z > 0.8).collect();
+        let directions: Vec<Vec3> = Dome::new(400).banks.into_iter().filter(|d| d.z > 0.8).collect();
         let chosen = choose(&directions, 1).unwrap();
         assert!(directions[chosen.indices[0]].z > 0.98, "{chosen:?}");
     }

@@ -90,13 +90,7 @@ mod tests {
             roll_deg: 3.0,
             ..Lighting::default()
         };
-        let before = Look {
-            yaw_deg: 30.0,
-            exposure_stops: 1.0,
-            lighting: before,
-            animation,
-            ..Look::default()
-        };
+        let before = Look { yaw_deg: 30.0, exposure_stops: 1.0, lighting: before, animation, ..Look::default() };
         let mut expected = before.clone();
         expected.lighting.pitch_deg = 10.0;
         expected.lighting.placed[1].yaw_deg = 90.0;

@@ -120,8 +120,7 @@ impl FromStr for Background {
     fn from_str(text: &str) -> Result<Self, String> {
         let code = |digits: &str| u8::from_str_radix(digits, 16).ok();
         let color = text.strip_prefix('#').filter(|hex| hex.len() == 6 && hex.is_ascii());
-        let color =
-            color.and_then(|hex| Some([code(&hex[..2])?, code(&hex[2..4])?, code(&hex[4..])?]));
+        let color = color.and_then(|hex| Some([code(&hex[..2])?, code(&hex[2..4])?, code(&hex[4..])?]));
         match (text, color) {
             (_, Some(color)) => Ok(Self::Color(color)),
             ("environment", _) => Ok(Self::Environment),
@@ -151,13 +150,9 @@ fn file(text: &str) -> Result<BackgroundFile, String> {
         [] => placed,
         [x, y] => BackgroundFile { offset: [x, y], ..placed },
         [x, y, scale] => BackgroundFile { offset: [x, y], scale, ..placed },
-        [x, y, scale, exposure_stops] => {
-            BackgroundFile { offset: [x, y], scale, exposure_stops, ..placed }
-        }
+        [x, y, scale, exposure_stops] => BackgroundFile { offset: [x, y], scale, exposure_stops, ..placed },
         _ => {
-            return Err(format!(
-                "expected FILE, FILE,X,Y, FILE,X,Y,SCALE or FILE,X,Y,SCALE,STOPS, found {text:?}"
-            ));
+            return Err(format!("expected FILE, FILE,X,Y, FILE,X,Y,SCALE or FILE,X,Y,SCALE,STOPS, found {text:?}"));
         }
     };
     if placed.clone().bounded() == placed {
@@ -213,8 +208,7 @@ mod tests {
             exposure_stops: f32::NAN,
             ..BackgroundFile::new("sky.png")
         };
-        let bounded =
-            BackgroundFile { offset: [0.0, 2.0], scale: 10.0, ..BackgroundFile::new("sky.png") };
+        let bounded = BackgroundFile { offset: [0.0, 2.0], scale: 10.0, ..BackgroundFile::new("sky.png") };
         assert_eq!(wild.bounded(), bounded);
     }
 }

@@ -63,9 +63,7 @@ pub enum Output {
 }
 
 /// Tone curve from linear light to display codes.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum ViewTransform {
     /// The sRGB curve; values above white clip.

@@ -221,13 +221,8 @@ mod tests {
 
     #[test]
     fn a_strength_that_makes_no_sense_is_brought_into_its_range() {
-        let wild = Effects {
-            glare: f32::NAN,
-            despill: -1.0,
-            grain: f32::INFINITY,
-            light_wrap: 7.0,
-            ..Effects::default()
-        };
+        let wild =
+            Effects { glare: f32::NAN, despill: -1.0, grain: f32::INFINITY, light_wrap: 7.0, ..Effects::default() };
         let bounded = wild.bounded();
         assert_eq!((bounded.glare, bounded.despill), (0.0, 0.0));
         assert_eq!((bounded.grain, bounded.light_wrap), (4.0, 1.0));
@@ -235,8 +230,7 @@ mod tests {
 
     #[test]
     fn what_is_forced_is_kept_by_name() {
-        let forced =
-            Forced::default().with(Pass::LightWrap, Some(true)).with(Pass::Dither, Some(false));
+        let forced = Forced::default().with(Pass::LightWrap, Some(true)).with(Pass::Dither, Some(false));
         let text = serde_json::to_string(&forced).unwrap();
         assert_eq!(text, r#"{"light_wrap":true,"dither":false}"#);
         assert_eq!(serde_json::from_str::<Forced>(&text).unwrap(), forced);

@@ -181,8 +181,7 @@ impl Setting {
     /// Every setting under this lighting.
     pub fn all(lighting: &Lighting) -> Vec<Self> {
         let effects = STRENGTHS.iter().map(|strength| Self::Effect(strength.pass));
-        let of_light =
-            |light: &PlacedLight| LightSetting::ALL.map(|one| Self::Light(light.id, one));
+        let of_light = |light: &PlacedLight| LightSetting::ALL.map(|one| Self::Light(light.id, one));
         let lights = lighting.placed.iter().flat_map(of_light);
         let groups = lighting.groups.iter().map(|group| Self::Group(group.id));
         let plain = PLAIN.iter().map(|row| row.setting);
@@ -204,9 +203,7 @@ impl Setting {
         let light = |i: usize| lighting.placed[i].title(i);
         let owner = match self {
             Self::Light(id, _) => index(id, lighting).map_or("Light".to_owned(), light),
-            Self::Group(id) => {
-                group(id, lighting).map_or("Group", |i| &lighting.groups[i].name).to_owned()
-            }
+            Self::Group(id) => group(id, lighting).map_or("Group", |i| &lighting.groups[i].name).to_owned(),
             _ => return self.label().to_owned(),
         };
         format!("{owner} {}", self.label().to_lowercase())
@@ -216,13 +213,9 @@ impl Setting {
     pub fn hint(self) -> &'static str {
         match self {
             Self::Effect(pass) => strength(pass).map_or("", |strength| strength.hint),
-            Self::Light(_, LightSetting::Yaw) => {
-                "0 is behind the subject, −90 camera left, 180 at the camera"
-            }
+            Self::Light(_, LightSetting::Yaw) => "0 is behind the subject, −90 camera left, 180 at the camera",
             Self::Light(_, LightSetting::Pitch) => "Above the horizon",
-            Self::Light(_, LightSetting::Radius) => {
-                "As seen from the subject: a larger light is softer, not brighter"
-            }
+            Self::Light(_, LightSetting::Radius) => "As seen from the subject: a larger light is softer, not brighter",
             _ => "",
         }
     }
@@ -356,9 +349,7 @@ mod tests {
     fn all() -> (Vec<Setting>, Lighting) {
         let mut lighting = Lighting {
             placed: vec![PlacedLight::default(); 2],
-            groups: ["Left", "Right"]
-                .map(|name| LightGroup { name: name.to_owned(), ..LightGroup::default() })
-                .into(),
+            groups: ["Left", "Right"].map(|name| LightGroup { name: name.to_owned(), ..LightGroup::default() }).into(),
             ..Lighting::default()
         };
         lighting.number_lights();
@@ -374,13 +365,8 @@ mod tests {
             assert!(setting.exists(&lighting));
         }
         assert_eq!(
-            [
-                Setting::Pitch,
-                Setting::Effect(Pass::Glare),
-                Setting::Light(2, LightSetting::Yaw),
-                Setting::Group(2),
-            ]
-            .map(String::from),
+            [Setting::Pitch, Setting::Effect(Pass::Glare), Setting::Light(2, LightSetting::Yaw), Setting::Group(2),]
+                .map(String::from),
             ["pitch", "effects.glare", "lights.2.yaw", "groups.2.gain"]
         );
         names.sort();

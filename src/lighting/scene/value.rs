@@ -18,9 +18,7 @@ impl Setting {
             Self::Tint => &mut lighting.tint,
             Self::Exposure => &mut look.exposure_stops,
             Self::Effect(pass) => (strength(pass)?.of)(&mut look.effects),
-            Self::Light(id, setting) => {
-                setting.field(lighting.placed.iter_mut().find(|light| light.id == id)?)
-            }
+            Self::Light(id, setting) => setting.field(lighting.placed.iter_mut().find(|light| light.id == id)?),
             Self::Group(id) => {
                 let group = lighting.groups.iter_mut().find(|group| group.id == id)?;
                 &mut group.gain_stops

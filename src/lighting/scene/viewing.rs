@@ -52,8 +52,7 @@ impl Viewing {
     /// Factor on linear light, and the exponent applied after it; both 1 if neutral.
     pub fn factor_and_power(&self) -> [f32; 2] {
         let Self { exposure_stops, gamma, .. } =
-            Self { exposure_stops: self.exposure_stops, gamma: self.gamma, ..Self::default() }
-                .bounded();
+            Self { exposure_stops: self.exposure_stops, gamma: self.gamma, ..Self::default() }.bounded();
         [exposure_stops.exp2(), gamma.recip()]
     }
 }

@@ -74,8 +74,7 @@ pub(crate) fn backing(scene: &Scene, ingredients: &Ingredients) -> Option<Image>
 
 /// A picture that covers `size` as a file is placed, exposed; black beyond its edges.
 fn cover(picture: &Image, placed: &BackgroundFile, (width, height): (usize, usize)) -> Image {
-    let BackgroundFile { offset: [right, up], scale, exposure_stops, .. } =
-        placed.clone().bounded();
+    let BackgroundFile { offset: [right, up], scale, exposure_stops, .. } = placed.clone().bounded();
     let [width_px, height_px] = [width, height].map(|length| length as f64);
     let (columns, rows) = (picture.width as f64, picture.height as f64);
     // Pixels of the picture for each pixel of the result.
@@ -122,13 +121,7 @@ impl Backdrop {
 /// panorama fills a large picture. A large panorama is sampled once per texel. A picture with pixels much
 /// smaller than texels is interpolated between samples a fifth of a texel apart: the error is less than
 /// 0.3 % of a texel's contrast.
-pub fn draw_background(
-    picture: &mut Image,
-    mask: &Mask,
-    panorama: &Image,
-    backdrop: &Backdrop,
-    view: CameraView,
-) {
+pub fn draw_background(picture: &mut Image, mask: &Mask, panorama: &Image, backdrop: &Backdrop, view: CameraView) {
     let (width, height) = picture.size();
     let sampling = Sampling::new(height, panorama.height, backdrop.yaw_deg, view);
     let Sampling { pixel, turn, .. } = sampling;
@@ -182,8 +175,7 @@ impl Lattice {
         let (width, height) = mask.size();
         // One beyond the last pixel.
         let [columns, rows] = [width, height].map(|length| (length - 1) / step + 2);
-        let along: Vec<Taps> =
-            (0..width).map(|x| Taps::at(x as f32 / step as f32, columns)).collect();
+        let along: Vec<Taps> = (0..width).map(|x| Taps::at(x as f32 / step as f32, columns)).collect();
         // A cubic needs two points on each side.
         let around = |i: usize, length: usize| {
             let [first, end] = [(i * step).saturating_sub(2 * step), (i + 2) * step];
@@ -248,9 +240,7 @@ impl Recording<'_> {
         laid: bool,
     ) -> Result<GpuPicture> {
         let sampling = Sampling::new(subject.height, panorama.height, backdrop.yaw_deg, view);
-        let [x, y, z] = Mat3::from_quat(backdrop.tilt.inverse())
-            .to_cols_array_2d()
-            .map(|[x, y, z]| [x, y, z, 0.0]);
+        let [x, y, z] = Mat3::from_quat(backdrop.tilt.inverse()).to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
         let [r, g, b] = backdrop.level;
         let params = BackgroundParams {
             size: extent(subject.size()),
@@ -334,8 +324,7 @@ fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
 /// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one; their sum is 1.
 fn weights(f: f32) -> [f32; 4] {
     let g = 1.0 - f;
-    [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f]
-        .map(|w| w / 6.0)
+    [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f].map(|w| w / 6.0)
 }
 
 #[cfg(test)]
@@ -368,27 +357,15 @@ mod tests {
     }
 
     fn spot(width: usize, height: usize, column: usize, row: usize) -> Image {
-        Raster::from_fn(
-            width,
-            height,
-            |x, y| {
-                if (x, y) == (column, row) { [1e6; 3] } else { [0.0; 3] }
-            },
-        )
+        Raster::from_fn(width, height, |x, y| if (x, y) == (column, row) { [1e6; 3] } else { [0.0; 3] })
     }
 
     #[test]
     fn an_even_world_stays_even() {
         for size in [(1, 1), (2, 1), (16, 8), (257, 129)] {
             for fov in [6.0, 40.0, 170.0] {
-                let picture =
-                    seen(&Image::filled(size.0, size.1, [0.5, 1.0, 2.0]), (31, 17), 33.0, fov);
-                assert!(
-                    picture
-                        .pixels
-                        .iter()
-                        .all(|p| (p[0] - 0.5).abs() < 1e-5 && (p[2] - 2.0).abs() < 1e-5)
-                );
+                let picture = seen(&Image::filled(size.0, size.1, [0.5, 1.0, 2.0]), (31, 17), 33.0, fov);
+                assert!(picture.pixels.iter().all(|p| (p[0] - 0.5).abs() < 1e-5 && (p[2] - 2.0).abs() < 1e-5));
             }
         }
     }
@@ -410,8 +387,7 @@ mod tests {
         let panorama = spot(64, 32, 33, 15);
         let (width, height) = (300, 301);
         let mask = Mask::from_fn(width, height, |x, y| if x + y < 150 { 1.0 } else { 0.0 });
-        let backdrop =
-            Backdrop { yaw_deg: 7.0, tilt: Quat::from_rotation_x(0.1), level: [1e-6, 2e-6, 3e-6] };
+        let backdrop = Backdrop { yaw_deg: 7.0, tilt: Quat::from_rotation_x(0.1), level: [1e-6, 2e-6, 3e-6] };
         let view = CameraView::default();
         let sampling = Sampling::new(height, 32, 7.0, view);
         assert_eq!((sampling.samples, sampling.step), (1, 8));
@@ -420,8 +396,7 @@ mod tests {
         let untilt = backdrop.tilt.inverse();
         let mut worst = 0f32;
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-            let [across, down] =
-                [(x, width), (y, height)].map(|(i, length)| i as f32 + 0.5 - length as f32 / 2.0);
+            let [across, down] = [(x, width), (y, height)].map(|(i, length)| i as f32 + 0.5 - length as f32 / 2.0);
             let pixel = sampling.pixel;
             let look = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
             let (u, v) = uv_from_direction(look);
@@ -436,10 +411,7 @@ mod tests {
     #[test]
     fn a_whole_turn_changes_nothing() {
         let panorama = Raster::from_fn(64, 32, |x, y| [x as f32, y as f32, (x * y) as f32]);
-        assert_eq!(
-            seen(&panorama, (20, 30), 77.5, 40.0),
-            seen(&panorama, (20, 30), 77.5 - 360.0, 40.0)
-        );
+        assert_eq!(seen(&panorama, (20, 30), 77.5, 40.0), seen(&panorama, (20, 30), 77.5 - 360.0, 40.0));
     }
 
     #[test]

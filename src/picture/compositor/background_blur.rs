@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use reflectance::kernels::chunks::vectorized;
 use scene::Pass;
 
-const SHADER: Shader =
-    Shader::new("background_blur", include_str!("../../../shaders/background_blur.wgsl"));
+const SHADER: Shader = Shader::new("background_blur", include_str!("../../../shaders/background_blur.wgsl"));
 
 pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
     fixed: needs_background,
@@ -227,9 +226,8 @@ mod tests {
         let spread = |radius: f32| {
             let mut spot = lamp(64, 64, (31, 31)).map(|p| p.map(|v| v - 0.1));
             background_blur(&mut spot, radius);
-            let second: f64 = (0..64 * 64)
-                .map(|i| ((i % 64) as f64 - 31.0).powi(2) * f64::from(spot.pixels[i][0]))
-                .sum();
+            let second: f64 =
+                (0..64 * 64).map(|i| ((i % 64) as f64 - 31.0).powi(2) * f64::from(spot.pixels[i][0])).sum();
             (second / sum(&spot)).sqrt()
         };
         let (before, after) = (spread(LARGEST_RADIUS - 0.01), spread(LARGEST_RADIUS + 0.01));

@@ -23,11 +23,7 @@ pub fn compose(scene: &Scene, ingredients: &Ingredients) -> Result<Picture> {
 ///
 /// # Errors
 /// As [`compose`].
-pub fn compose_reusing(
-    scene: &Scene,
-    ingredients: &Ingredients,
-    reuse: &mut Reuse,
-) -> Result<Picture> {
+pub fn compose_reusing(scene: &Scene, ingredients: &Ingredients, reuse: &mut Reuse) -> Result<Picture> {
     Ok(make(scene, ingredients, None, Some(reuse), false)?.picture)
 }
 
@@ -35,11 +31,7 @@ pub fn compose_reusing(
 ///
 /// # Errors
 /// As [`compose`].
-pub fn execute(
-    scene: &Scene,
-    ingredients: &Ingredients,
-    passes: &[PlannedPass],
-) -> Result<Picture> {
+pub fn execute(scene: &Scene, ingredients: &Ingredients, passes: &[PlannedPass]) -> Result<Picture> {
     Ok(make(scene, ingredients, Some(passes), None, false)?.picture)
 }
 
@@ -56,8 +48,7 @@ pub(super) fn make(
     match ingredients.field {
         Field::Gpu(field, passes) => passes.guarded(|| {
             let uploads = reuse.as_mut().map(|r| r.gpu.own.clone());
-            let backend =
-                OnGpu::new(ingredients, inputs, (field, passes), uploads.unwrap_or_default())?;
+            let backend = OnGpu::new(ingredients, inputs, (field, passes), uploads.unwrap_or_default())?;
             let composition = Composition::new(scene, ingredients, inputs, backend, reuse);
             perform(composition, given, may_stay)
         }),

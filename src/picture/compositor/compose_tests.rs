@@ -27,16 +27,12 @@ impl Set {
     /// Disc with a soft edge under three lamps, in front of a ramp.
     pub fn new(size: usize) -> Self {
         let mask = disc(size);
-        let olats: Vec<Image> = (1..4)
-            .map(|l| Raster::from_fn(size, size, |x, y| [mask.at(x, y) * (x + l) as f32 / 40.0; 3]))
-            .collect();
+        let olats: Vec<Image> =
+            (1..4).map(|l| Raster::from_fn(size, size, |x, y| [mask.at(x, y) * (x + l) as f32 / 40.0; 3])).collect();
         Self {
             field: ReflectanceField::from_olats(&olats).into(),
             mask,
-            weights: LightWeights {
-                per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]],
-                uncovered: 0.0,
-            },
+            weights: LightWeights { per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]], uncovered: 0.0 },
             environment: Environment {
                 name: "ramp".into(),
                 radiance: Raster::from_fn(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.25]),
@@ -62,12 +58,7 @@ pub fn scene(background: Background, output: Output, exposure_stops: f32) -> Sce
 }
 
 pub fn largest_difference(a: &Image, b: &Image) -> f32 {
-    a.pixels
-        .iter()
-        .flatten()
-        .zip(b.pixels.iter().flatten())
-        .map(|(x, y)| (x - y).abs())
-        .fold(0.0, f32::max)
+    a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
 }
 
 #[test]
@@ -102,15 +93,11 @@ fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
     // Subject and world both have radiance 1: a fringe would differ.
     let mut set = Set::new(32);
     for premultiplied in [true, false] {
-        let light = set
-            .mask
-            .map(|a| if premultiplied { [a; 3] } else { [f32::from(u8::from(a > 0.0)); 3] });
+        let light = set.mask.map(|a| if premultiplied { [a; 3] } else { [f32::from(u8::from(a > 0.0)); 3] });
         set.field = ReflectanceField::from_olats(&[light]).into();
         set.weights.per_lamp = vec![[1.0; 3]];
         set.environment.radiance = Image::filled(8, 4, [1.0; 3]);
-        let picture =
-            compose(&scene(Background::Environment, Output::Linear, 0.0), &set.ingredients())
-                .unwrap();
+        let picture = compose(&scene(Background::Environment, Output::Linear, 0.0), &set.ingredients()).unwrap();
         // A pixel that counts as solid may be darker by its missing coverage, once as shot and once as laid.
         let bound = if premultiplied { 2.0 * (1.0 - SOLID) } else { 1e-5 };
         assert!(picture.light().pixels.iter().flatten().all(|v| (v - 1.0).abs() <= bound));
@@ -121,8 +108,7 @@ fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
 #[test]
 fn a_cut_out_is_premultiplied_and_keeps_the_matte() {
     let set = Set::new(32);
-    let picture =
-        compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap();
+    let picture = compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap();
     assert_eq!(picture.alpha, set.mask);
     for (pixel, alpha) in picture.light().pixels.iter().zip(&set.mask.pixels) {
         assert!(*alpha > 0.0 || *pixel == [0.0; 3]);
@@ -153,9 +139,7 @@ fn hard_inputs_give_finite_pictures() {
                 field.values[0] = f32::NAN;
             }
             for output in [Output::Display, Output::Linear] {
-                let picture =
-                    compose(&scene(Background::Environment, output, 2.0), &set.ingredients())
-                        .unwrap();
+                let picture = compose(&scene(Background::Environment, output, 2.0), &set.ingredients()).unwrap();
                 assert!(picture.light().pixels.iter().flatten().all(|v| v.is_finite()));
             }
         }
@@ -168,8 +152,7 @@ fn hard_inputs_give_finite_pictures() {
 fn no_light_leaves_the_subject_black_and_says_why() {
     let mut set = Set::new(16);
     set.weights.per_lamp = vec![[0.0; 3]; 3];
-    let picture =
-        compose(&scene(Background::None, Output::Display, 0.0), &set.ingredients()).unwrap();
+    let picture = compose(&scene(Background::None, Output::Display, 0.0), &set.ingredients()).unwrap();
     assert!(picture.light().pixels.iter().all(|&p| p == [0.0; 3]));
     let relight = picture.passes.iter().find(|p| p.name == "relight").unwrap();
     assert!(!relight.ran && relight.ms == Some(0.0) && relight.reason.contains("no lamp"));
@@ -192,9 +175,7 @@ fn what_does_not_fit_is_refused() {
 #[test]
 fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
     let mut set = Set::new(32);
-    let bare = |set: &Set| {
-        compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap()
-    };
+    let bare = |set: &Set| compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap();
     let plates = [0.25, 0.5].map(|red| Image::from_fn(32, 32, |x, y| [red, x as f32, y as f32]));
     let half = linear_from_srgb(128.0 / 255.0);
     let mut reuse = Reuse::default();
@@ -241,10 +222,7 @@ fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
                     let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| filmed(x + i, y + j));
                     return std::array::from_fn(|c| four.iter().map(|v| v[c]).sum::<f32>() / 4.0);
                 }
-                let at = filmed(
-                    x - (32.0 * placed.offset[0]) as i32,
-                    y + (32.0 * placed.offset[1]) as i32,
-                );
+                let at = filmed(x - (32.0 * placed.offset[0]) as i32, y + (32.0 * placed.offset[1]) as i32);
                 at.map(|light| light * placed.exposure_stops.exp2())
             }
             Background::Plate => plates[frame].pixels[p],
@@ -256,8 +234,7 @@ fn plate_colour_and_checker_stand_behind_the_subject_and_follow_their_frame() {
         let bare = bare(&set);
         for (p, pixel) in made.light().pixels.iter().enumerate() {
             for c in 0..3 {
-                let expected =
-                    bare.light().pixels[p][c] + (1.0 - set.mask.pixels[p]) * behind(p)[c];
+                let expected = bare.light().pixels[p][c] + (1.0 - set.mask.pixels[p]) * behind(p)[c];
                 assert!((pixel[c] - expected).abs() < 1e-4, "{background:?}: {pixel:?}");
             }
         }

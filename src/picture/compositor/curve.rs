@@ -18,10 +18,7 @@ pub(super) struct Curve {
 impl Curve {
     pub fn new(curve: impl Fn(f32) -> f32) -> Self {
         let [first, last] = [DARKEST, BRIGHTEST].map(|e| (e as f32).exp2().to_bits() >> DROPPED);
-        Self {
-            at_zero: curve(0.0),
-            values: (first..=last + 1).map(|i| curve(f32::from_bits(i << DROPPED))).collect(),
-        }
+        Self { at_zero: curve(0.0), values: (first..=last + 1).map(|i| curve(f32::from_bits(i << DROPPED))).collect() }
     }
 
     /// The curve at `x`; negative values and NaN count as 0.

@@ -95,13 +95,7 @@ pub(crate) struct EncodeStep {
 pub(crate) struct CodesStep {
     pub in_memory: fn(&PassContext, &CodesInput, &mut Encoded) -> Result<()>,
     /// The last two are the codes, and a picture whose fourth value is the subject's matte.
-    pub on_gpu: fn(
-        &PassContext,
-        &CodesInput,
-        &mut Recording,
-        &GpuPicture,
-        &GpuPicture,
-    ) -> Result<GpuPicture>,
+    pub on_gpu: fn(&PassContext, &CodesInput, &mut Recording, &GpuPicture, &GpuPicture) -> Result<GpuPicture>,
 }
 
 /// Further input of steps on codes.
@@ -165,8 +159,7 @@ pub(crate) fn decide(run: bool, yes: impl FnOnce() -> String, no: &str) -> Decis
 
 /// True if there is no background: the scene has none, or it is forced off.
 pub(crate) fn is_cut_out(scene: &Scene) -> bool {
-    scene.background == Background::None
-        || scene.effects.forced.get(Pass::Background) == Some(false)
+    scene.background == Background::None || scene.effects.forced.get(Pass::Background) == Some(false)
 }
 
 /// For [`Descriptor::fixed`]: a pass that acts only on the background.

@@ -196,8 +196,7 @@ mod tests {
             assert_eq!(subject.at(48, 48), middle);
             // The rest along the edge is the tolerance for natural variation.
             let clean = middle[channel] / mean_of_others(middle, channel);
-            for (pixel, _) in subject.pixels.iter().zip(&guide.pixels).filter(|(_, g)| g[0] == 1.0)
-            {
+            for (pixel, _) in subject.pixels.iter().zip(&guide.pixels).filter(|(_, g)| g[0] == 1.0) {
                 let ratio = pixel[channel] / mean_of_others(*pixel, channel);
                 assert!(ratio < 1.1 * clean, "{ratio} is not {clean}");
             }

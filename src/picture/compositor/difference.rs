@@ -28,9 +28,7 @@ pub(crate) const DIFFERENCE: Descriptor = Descriptor {
     }),
     ..Descriptor::new(Pass::Difference, |context| {
         context.displayed()?;
-        let Inspection::Difference { gain } = context.effects.inspection else {
-            return Err(NOT_ASKED.to_owned());
-        };
+        let Inspection::Difference { gain } = context.effects.inspection else { return Err(NOT_ASKED.to_owned()) };
         decide(
             context.facts.second_picture,
             || format!("the difference of two pictures is shown, times {gain}"),
@@ -66,12 +64,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// As [`difference`], or when the GPU cannot hold its pictures.
-    pub fn difference(
-        &mut self,
-        codes: &GpuPicture,
-        second: &Encoded,
-        gain: f32,
-    ) -> Result<GpuPicture> {
+    pub fn difference(&mut self, codes: &GpuPicture, second: &Encoded, gain: f32) -> Result<GpuPicture> {
         check_size(codes.size(), second)?;
         let second = self.passes().upload_opaque(&second.0)?;
         let values = [gain.to_bits(), 0];
@@ -86,10 +79,7 @@ fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "the second picture has {} × {} pixels, but the first has {width} × {height}",
-            found.0, found.1
-        ),
+        format!("the second picture has {} × {} pixels, but the first has {width} × {height}", found.0, found.1),
         "Compare pictures of equal size",
     ))
 }

@@ -46,17 +46,13 @@ pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
 /// a pixel of the ring before. Unreachable pixels are left out.
 pub(super) fn rings(mut known: Vec<bool>, mask: &Mask) -> Vec<Vec<usize>> {
     let covered = |i: usize| mask.pixels[i] > 0.0;
-    let mut ring: Vec<usize> = (0..known.len())
-        .filter(|&i| !known[i] && covered(i) && neighbours(i, mask.size()).any(|n| known[n]))
-        .collect();
+    let mut ring: Vec<usize> =
+        (0..known.len()).filter(|&i| !known[i] && covered(i) && neighbours(i, mask.size()).any(|n| known[n])).collect();
     let mut rings = Vec::new();
     while !ring.is_empty() {
         ring.iter().for_each(|&i| known[i] = true);
-        let mut next: Vec<usize> = ring
-            .iter()
-            .flat_map(|&i| neighbours(i, mask.size()))
-            .filter(|&n| !known[n] && covered(n))
-            .collect();
+        let mut next: Vec<usize> =
+            ring.iter().flat_map(|&i| neighbours(i, mask.size())).filter(|&n| !known[n] && covered(n)).collect();
         next.sort_unstable();
         next.dedup();
         rings.push(std::mem::replace(&mut ring, next));
@@ -68,9 +64,7 @@ pub(super) fn rings(mut known: Vec<bool>, mask: &Mask) -> Vec<Vec<usize>> {
 fn neighbours(i: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
     let (x, y) = (i % width, i / width);
     let rows = y.saturating_sub(1)..(y + 2).min(height);
-    rows.flat_map(move |ny| {
-        (x.saturating_sub(1)..(x + 2).min(width)).map(move |nx| ny * width + nx)
-    })
+    rows.flat_map(move |ny| (x.saturating_sub(1)..(x + 2).min(width)).map(move |nx| ny * width + nx))
 }
 
 #[cfg(test)]
@@ -85,9 +79,8 @@ mod tests {
         field.values[7] = f32::INFINITY;
         let weights = [[1.0; 3]; 3];
         let mut relit = relight(&field, &weights, &[0, 1, 2]);
-        let bad = |image: &Image| {
-            (0..81).filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite())).collect::<Vec<_>>()
-        };
+        let bad =
+            |image: &Image| (0..81).filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite())).collect::<Vec<_>>();
         assert_eq!(bad(&relit), [7, 40]);
         assert_eq!(extend_edges(&mut relit, &Mask::filled(9, 9, 1.0)), 2);
         assert!(bad(&relit).is_empty());
@@ -101,10 +94,7 @@ mod tests {
         extend_edges(&mut subject, &mask);
         for (pixel, &alpha) in subject.pixels.iter().zip(&mask.pixels).filter(|&(_, &a)| a > 0.0) {
             let wanted = [0.8, 0.4, 0.2];
-            assert!(
-                (0..3).all(|c| (pixel[c] / wanted[c] - 1.0).abs() < 0.03),
-                "{alpha}: {pixel:?}"
-            );
+            assert!((0..3).all(|c| (pixel[c] / wanted[c] - 1.0).abs() < 0.03), "{alpha}: {pixel:?}");
         }
     }
 

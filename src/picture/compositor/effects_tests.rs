@@ -4,21 +4,11 @@ use crate::smoothing::tests::after;
 use crate::{Extra, Facts, Grain, rim};
 use imaging::color::luminance;
 use imaging::{Encoded, Image, Mask};
-use scene::{
-    Background, Channel, Effects, Forced, Inspection, Output, Pass, STRENGTHS, Strength,
-    ViewTransform,
-};
+use scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, STRENGTHS, Strength, ViewTransform};
 
 /// Effects that this set does not need, although the scene requests every effect with a measured need.
 fn idle() -> Effects {
-    Effects {
-        smoothing: 0.8,
-        despill: 1.0,
-        light_wrap: 1.0,
-        glare: 1.0,
-        grain: 1.0,
-        ..Effects::default()
-    }
+    Effects { smoothing: 0.8, despill: 1.0, light_wrap: 1.0, glare: 1.0, grain: 1.0, ..Effects::default() }
 }
 
 fn forced(scene: &Scene, ingredients: &Ingredients) -> Picture {
@@ -34,11 +24,7 @@ fn an_effect_that_nothing_calls_for_may_be_left_out() {
     set.environment.radiance = Image::filled(8, 4, [0.0; 3]);
     set.weights.per_lamp = vec![[0.3; 3]; 3];
     let before = after(None, 4, &set.field, &set.mask, 0.8);
-    let scene = Scene {
-        frame: 5,
-        effects: idle(),
-        ..scene(Background::Environment, Output::Display, -3.0)
-    };
+    let scene = Scene { frame: 5, effects: idle(), ..scene(Background::Environment, Output::Display, -3.0) };
     let extra = Extra { before: Some(&before), grain: Some(&Grain::default()), ..Extra::default() };
     let ingredients = Ingredients { extra, ..set.ingredients() };
     let planned = compose(&scene, &ingredients).unwrap();
@@ -134,13 +120,7 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     let off = Effects::default();
     let plain = shown(off);
     let inspect = |inspection| Effects { inspection, ..off };
-    let strong = Effects {
-        despill: 1.0,
-        background_blur: 0.05,
-        light_wrap: 0.5,
-        grain: 1.0,
-        ..Effects::all(0.3)
-    };
+    let strong = Effects { despill: 1.0, background_blur: 0.05, light_wrap: 0.5, grain: 1.0, ..Effects::all(0.3) };
     let alone = |strength: &Strength| {
         let mut effects = off;
         *(strength.of)(&mut effects) = strong.strength(strength.pass);
@@ -176,16 +156,12 @@ fn every_effect_that_is_called_for_changes_the_picture() {
 #[test]
 fn a_new_exposure_neither_relights_nor_draws_the_background_again() {
     let set = Set::new(48);
-    for effects in [
-        Effects::default(),
-        Effects { despill: 1.0, background_blur: 0.03, light_wrap: 0.5, ..Effects::default() },
-    ] {
+    for effects in
+        [Effects::default(), Effects { despill: 1.0, background_blur: 0.03, light_wrap: 0.5, ..Effects::default() }]
+    {
         let mut reuse = Reuse::default();
-        let scene = |stops, yaw_deg| Scene {
-            effects,
-            yaw_deg,
-            ..scene(Background::Environment, Output::Display, stops)
-        };
+        let scene =
+            |stops, yaw_deg| Scene { effects, yaw_deg, ..scene(Background::Environment, Output::Display, stops) };
         let mut make = |scene: &Scene| {
             let made = compose_reusing(scene, &set.ingredients(), &mut reuse).unwrap();
             let fresh = compose(scene, &set.ingredients()).unwrap();
@@ -233,8 +209,7 @@ fn another_frame_light_or_level_is_never_taken_for_the_same() {
 #[test]
 fn hard_inputs_give_finite_pictures_with_every_effect() {
     let plate = Grain { deviation: [[0.05; 3]; 8] };
-    let effects =
-        Effects { background_blur: 0.1, vignette: 0.9, view: ViewTransform::Aces, ..idle() };
+    let effects = Effects { background_blur: 0.1, vignette: 0.9, view: ViewTransform::Aces, ..idle() };
     for size in [1, 2, 16] {
         for alpha in [0.0, 0.5, 1.0] {
             for light in [0.0, 1.0, 1e6] {
@@ -246,15 +221,11 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
                     field.values[0] = f32::NAN;
                 }
                 let before = after(None, 0, &set.field, &set.mask, 0.5);
-                let extra =
-                    Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
+                let extra = Extra { before: Some(&before), grain: Some(&plate), ..Extra::default() };
                 let ingredients = Ingredients { extra, ..set.ingredients() };
                 for background in [Background::Environment, Background::None] {
-                    let scene =
-                        Scene { frame: 1, effects, ..scene(background, Output::Display, 2.0) };
-                    for picture in
-                        [compose(&scene, &ingredients).unwrap(), forced(&scene, &ingredients)]
-                    {
+                    let scene = Scene { frame: 1, effects, ..scene(background, Output::Display, 2.0) };
+                    for picture in [compose(&scene, &ingredients).unwrap(), forced(&scene, &ingredients)] {
                         let values = picture.light().pixels.iter().flatten();
                         assert!(values.clone().all(|v| v.is_finite()));
                         let codes = picture.display.unwrap().0;
@@ -284,10 +255,7 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     };
     let made = |effects, background| made_of(&set, effects, background);
     let around = || Background::Environment;
-    let forced = |effects: Effects, pass, run| Effects {
-        forced: Forced::default().with(pass, Some(run)),
-        ..effects
-    };
+    let forced = |effects: Effects, pass, run| Effects { forced: Forced::default().with(pass, Some(run)), ..effects };
     let off = Effects::default();
     let plain = made(off, around());
     let strengths = STRENGTHS.iter().map(|strength| strength.pass);

@@ -41,11 +41,7 @@ impl EnvironmentLight {
         let started = Instant::now();
         let (lighting, yaw_deg) = (&scene.lighting, scene.yaw_deg);
         let updated = match light.take() {
-            Some(same)
-                if same.is_of(environment)
-                    && same.yaw_deg == yaw_deg
-                    && same.lighting == *lighting =>
-            {
+            Some(same) if same.is_of(environment) && same.yaw_deg == yaw_deg && same.lighting == *lighting => {
                 return Ok((light.insert(same), None));
             }
             Some(mut turned) if turned.is_of(environment) => {
@@ -101,12 +97,9 @@ impl EnvironmentLight {
             let lit = part.map(|part| self.lit.weights(&part, self.yaw_deg, unit).per_lamp);
             parts.push((name, lit.unwrap_or(dark)));
         }
-        let Some(((_, environment), lights)) = parts.split_first_mut() else {
-            return parts;
-        };
+        let Some(((_, environment), lights)) = parts.split_first_mut() else { return parts };
         let total = |light: &Vec<[f32; 3]>, c: usize| light.iter().map(|w| w[c]).sum::<f32>();
-        let totals: Vec<[f32; 3]> =
-            lights.iter().map(|(_, light)| [0, 1, 2].map(|c| total(light, c))).collect();
+        let totals: Vec<[f32; 3]> = lights.iter().map(|(_, light)| [0, 1, 2].map(|c| total(light, c))).collect();
         for (lamp, whole) in self.weights.per_lamp.iter().enumerate() {
             for c in 0..3 {
                 let placed = whole[c] - environment[lamp][c];
@@ -138,10 +131,7 @@ impl EnvironmentLight {
 
     /// A frame in this light, for [`super::compose`].
     pub fn on<'a>(&'a self, field: &'a Field, mask: &'a Mask) -> Ingredients<'a> {
-        Ingredients {
-            levels: self.levels,
-            ..Ingredients::new(field, mask, &self.weights, &self.environment)
-        }
+        Ingredients { levels: self.levels, ..Ingredients::new(field, mask, &self.weights, &self.environment) }
     }
 }
 
@@ -235,13 +225,11 @@ mod tests {
         let key = LightGroup { name: "Key".to_owned(), gain_stops: 1.0, ..LightGroup::default() };
         let mut scene = at(0.0);
         scene.lighting.groups = vec![key];
-        scene.lighting.placed =
-            vec![placed("a", "Key", -80.0), placed("", "", 90.0), placed("b", "Key", 70.0)];
+        scene.lighting.placed = vec![placed("a", "Key", -80.0), placed("", "", 90.0), placed("b", "Key", 70.0)];
         let sky = environment(1.0, 0.2);
         let mut light = None;
         let mut sums = |scene: &Scene| {
-            let (light, _) =
-                EnvironmentLight::update(&mut light, &sky, &rig, scene, (&field, &mask)).unwrap();
+            let (light, _) = EnvironmentLight::update(&mut light, &sky, &rig, scene, (&field, &mask)).unwrap();
             let parts = light.parts();
             let names: Vec<_> = parts.iter().map(|(name, _)| name.clone()).collect();
             assert_eq!(names, ["environment", "Key", "Light 2"]);

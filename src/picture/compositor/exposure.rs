@@ -14,9 +14,7 @@ pub(crate) const EXPOSURE: Descriptor = Descriptor {
     shader: Some(&SHADER),
     run: Run::Light(LightStep {
         in_memory: |context, picture| scale(picture, context.scene.exposure_stops.exp2()),
-        on_gpu: |context, recording, picture| {
-            recording.scale(picture, context.scene.exposure_stops.exp2())
-        },
+        on_gpu: |context, recording, picture| recording.scale(picture, context.scene.exposure_stops.exp2()),
         cached: false,
     }),
     ..Descriptor::new(Pass::Exposure, |context| {

@@ -76,8 +76,7 @@ pub struct Spill {
 impl Spill {
     /// Spill of a rim with this `light` and this excess of green and blue.
     pub(crate) fn new([green, blue]: [f64; 2], light: f64) -> Self {
-        let (screen, excess) =
-            if blue > green { (Screen::Blue, blue) } else { (Screen::Green, green) };
+        let (screen, excess) = if blue > green { (Screen::Blue, blue) } else { (Screen::Green, green) };
         let excess = if light > 0.0 { excess / light } else { 0.0 };
         Self { screen, excess: excess as f32 }
     }

@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use scene::{Inspection, Pass};
 use std::sync::LazyLock;
 
-const SHADER: Shader =
-    Shader::new("false_color", include_str!("../../../shaders/false_color.wgsl"));
+const SHADER: Shader = Shader::new("false_color", include_str!("../../../shaders/false_color.wgsl"));
 
 pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
     fixed: |_| Some("it is chosen above the picture"),
@@ -27,11 +26,7 @@ pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
     }),
     ..Descriptor::new(Pass::FalseColor, |context| {
         context.displayed()?;
-        if is_shown(context) {
-            Ok("zones of exposure are shown".to_owned())
-        } else {
-            Err(NOT_ASKED.to_owned())
-        }
+        if is_shown(context) { Ok("zones of exposure are shown".to_owned()) } else { Err(NOT_ASKED.to_owned()) }
     })
 };
 
@@ -82,11 +77,7 @@ pub fn false_color(linear: &Image) -> Encoded {
     let limits = limits();
     let pixels = linear.pixels.par_iter().with_min_len(4096);
     let color = |&pixel: &[f32; 3]| zone_color(luminance(pixel), &limits);
-    Encoded(Raster {
-        width: linear.width,
-        height: linear.height,
-        pixels: pixels.map(color).collect(),
-    })
+    Encoded(Raster { width: linear.width, height: linear.height, pixels: pixels.map(color).collect() })
 }
 
 fn zone_color(luminance: f32, limits: &[f32; LEGEND.len()]) -> [f32; 3] {
@@ -118,12 +109,7 @@ impl Recording<'_> {
             [r, g, b, limits[i]]
         });
         let [r, g, b] = CLIPPED;
-        let params = FalseColorParams {
-            size: extent(light.size()),
-            unused: [0; 2],
-            zones,
-            clipped: [r, g, b, 0.0],
-        };
+        let params = FalseColorParams { size: extent(light.size()), unused: [0; 2], zones, clipped: [r, g, b, 0.0] };
         let (shader, size) = ((&SHADER, "false_color"), light.size());
         self.run(shader, bytes_of(&params), light, None, size)
     }

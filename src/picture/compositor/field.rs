@@ -5,9 +5,7 @@ use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use base::error::Result;
 use clap::ValueEnum;
 use imaging::Image;
-use reflectance::{
-    CompressedField, DeviceField, FieldBuffer, HalfField, LampBasis, ReflectanceField,
-};
+use reflectance::{CompressedField, DeviceField, FieldBuffer, HalfField, LampBasis, ReflectanceField};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -132,11 +130,7 @@ impl FieldEncoder {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn encode(
-        &mut self,
-        field: DeviceField,
-        passes: Option<&Arc<PicturePasses>>,
-    ) -> Result<Field> {
+    pub fn encode(&mut self, field: DeviceField, passes: Option<&Arc<PicturePasses>>) -> Result<Field> {
         let Some(passes) = passes else {
             let field = field.read()?;
             return Ok(match self.storage {
@@ -160,9 +154,7 @@ impl FieldEncoder {
     pub fn sentence(&self) -> String {
         match (self.storage, &self.basis) {
             (Storage::F32, _) => "The predicted OLATs are stored in f32".to_owned(),
-            (Storage::F16, _) => {
-                "The predicted OLATs are stored in f16: each value within 0.05 %".to_owned()
-            }
+            (Storage::F16, _) => "The predicted OLATs are stored in f16: each value within 0.05 %".to_owned(),
             (Storage::Compressed, basis) => {
                 let (count, all) = basis.as_ref().map_or((0, 0), |(basis, n)| (*n, basis.len()));
                 format!(
@@ -202,12 +194,7 @@ mod tests {
     fn field(look: fn(usize) -> f32, brightness: f32) -> ReflectanceField {
         let (lamps, pixels) = (7, 6 * 5);
         let value = |i: usize| brightness * look(i / pixels) * (1 + i % pixels) as f32;
-        ReflectanceField {
-            width: 6,
-            height: 5,
-            lamps,
-            values: (0..3 * lamps * pixels).map(value).collect(),
-        }
+        ReflectanceField { width: 6, height: 5, lamps, values: (0..3 * lamps * pixels).map(value).collect() }
     }
 
     #[test]

@@ -48,11 +48,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
-    pub(crate) fn add_light(
-        &mut self,
-        subject: &GpuPicture,
-        light: &GpuPicture,
-    ) -> Result<GpuPicture> {
+    pub(crate) fn add_light(&mut self, subject: &GpuPicture, light: &GpuPicture) -> Result<GpuPicture> {
         let size = subject.size();
         let mut params = PlateParams::zeroed();
         params.size = extent(size);

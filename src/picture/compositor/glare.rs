@@ -22,9 +22,7 @@ pub(crate) const GLARE: Descriptor = Descriptor {
     shader: Some(&SHADER),
     run: Run::Light(LightStep {
         in_memory: |context, picture| glare(picture, context.effects.glare, white(context.scene)),
-        on_gpu: |context, recording, picture| {
-            recording.glare(picture, context.effects.glare, white(context.scene))
-        },
+        on_gpu: |context, recording, picture| recording.glare(picture, context.effects.glare, white(context.scene)),
         cached: true,
     }),
     ..Descriptor::new(Pass::Glare, |context| {
@@ -126,9 +124,7 @@ impl Recording<'_> {
         let values = [white.to_bits(), amount.to_bits()];
         let shares = shares(picture.width, picture.height);
         let mut scattered = self.plain((&SHADER, "excess"), values, picture, None)?;
-        let Some(&last) = shares.last() else {
-            return self.plain((&SHADER, "lay"), values, picture, Some(&scattered));
-        };
+        let Some(&last) = shares.last() else { return self.plain((&SHADER, "lay"), values, picture, Some(&scattered)) };
         let mut levels = Vec::with_capacity(shares.len());
         for _ in &shares {
             let half = self.halve(&scattered, 0.5)?;

@@ -6,9 +6,7 @@
 //! the high-pass. The deviation is 1.4826 times the median of magnitudes. Variances subtract, so that the
 //! picture's own grain is not added twice. The added grain is white: independent for each pixel.
 
-use super::descriptor::{
-    CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_in, needs_display,
-};
+use super::descriptor::{CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_in, needs_display};
 use super::edges::SOLID;
 use super::facts::{BINS, Grain, key};
 use super::passes::{GpuPicture, Recording, Shader, extent};
@@ -91,9 +89,7 @@ impl Grain {
 
     /// Grain of a picture given by `sample` at a pixel and a channel.
     fn measured(mask: &Mask, sample: impl Fn(usize, usize, usize) -> Sample + Sync) -> Self {
-        let Some((step, count)) = places(mask.size()) else {
-            return Self::default();
-        };
+        let Some((step, count)) = places(mask.size()) else { return Self::default() };
         let inner = mask.width - 2;
         let places: Vec<(usize, usize)> = (0..count)
             .map(|place| (place, place * step))
@@ -112,11 +108,7 @@ impl Grain {
                 filled(known)
             })
             .collect();
-        Self {
-            deviation: std::array::from_fn(|bin| {
-                std::array::from_fn(|channel| deviations[channel][bin])
-            }),
-        }
+        Self { deviation: std::array::from_fn(|bin| std::array::from_fn(|channel| deviations[channel][bin])) }
     }
 }
 
@@ -181,13 +173,7 @@ fn filled(known: [Option<f32>; BINS]) -> [f32; BINS] {
 
 /// Adds grain to codes: `plate` beyond `own` on the subject, all of `plate` on the background, each times the
 /// picture's coverage `alpha`. Every frame has its own grain, which is reproducible.
-pub fn grain(
-    codes: &mut Encoded,
-    [mask, alpha]: [&Mask; 2],
-    [plate, own]: [&Grain; 2],
-    amount: f32,
-    frame: usize,
-) {
+pub fn grain(codes: &mut Encoded, [mask, alpha]: [&Mask; 2], [plate, own]: [&Grain; 2], amount: f32, frame: usize) {
     let subject = plate.beyond(own, amount);
     let behind = plate.beyond(&Grain::default(), amount);
     let pixels = codes.0.pixels.par_iter_mut().enumerate();
@@ -244,9 +230,7 @@ impl Recording<'_> {
     /// # Errors
     /// When the GPU fails.
     pub fn measure_grain(&mut self, codes: &GpuPicture, mask: &Mask) -> Result<Grain> {
-        let Some((step, count)) = places(codes.size()) else {
-            return Ok(Grain::default());
-        };
+        let Some((step, count)) = places(codes.size()) else { return Ok(Grain::default()) };
         let params = GrainParams {
             size: extent(codes.size()),
             frame: 0,
@@ -295,9 +279,7 @@ mod tests {
         Encoded(Raster::from_fn(size, size, |x, y| {
             let code = 0.1 + 0.8 * x as f32 / size as f32;
             let edge = if y % 40 < 2 { 0.1 } else { 0.0 };
-            std::array::from_fn(|c| {
-                code + edge + deviation * code * normal(place(y * size + x, 99), c)
-            })
+            std::array::from_fn(|c| code + edge + deviation * code * normal(place(y * size + x, 99), c))
         }))
     }
 

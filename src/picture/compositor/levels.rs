@@ -42,12 +42,7 @@ impl Levels {
     ///
     /// # Errors
     /// When the GPU of the field fails.
-    pub fn balanced(
-        environment: &Environment,
-        even: &LightWeights,
-        field: &Field,
-        mask: &Mask,
-    ) -> Result<Self> {
+    pub fn balanced(environment: &Environment, even: &LightWeights, field: &Field, mask: &Mask) -> Result<Self> {
         let albedo_in_field_units = mean_solid_luminance(&field.relight(&even.per_lamp)?, mask);
         let gain = Self::of_environment(environment);
         let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
@@ -108,8 +103,7 @@ mod tests {
     fn a_subject_in_even_light_is_middle_grey_whatever_the_units() {
         let mask = Mask::filled(8, 8, 1.0);
         for (unit, brightness) in [(1.0, 1.0), (0.02, 700.0), (300.0, 0.001)] {
-            let field =
-                ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]).into();
+            let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]).into();
             let even = LightWeights { per_lamp: vec![[0.25; 3]; 4], uncovered: 0.0 };
             let light = environment(Image::filled(32, 16, [brightness; 3]));
             let levels = Levels::balanced(&light, &even, &field, &mask).unwrap();
@@ -122,18 +116,12 @@ mod tests {
     #[test]
     fn black_light_black_fields_and_empty_mattes_leave_usable_levels() {
         let even = LightWeights { per_lamp: vec![[1.0; 3]; 2], uncovered: 0.0 };
-        for (light, value, alpha) in [
-            (0.0, 1.0, 1.0),
-            (1.0, 0.0, 1.0),
-            (1.0, f32::NAN, 1.0),
-            (1.0, 1.0, 0.0),
-            (f32::MAX, 1.0, 1.0),
-        ] {
-            let field =
-                ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]).into();
+        for (light, value, alpha) in
+            [(0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, f32::NAN, 1.0), (1.0, 1.0, 0.0), (f32::MAX, 1.0, 1.0)]
+        {
+            let field = ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]).into();
             let light = environment(Image::filled(4, 2, [light; 3]));
-            let levels =
-                Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha)).unwrap();
+            let levels = Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha)).unwrap();
             assert!(levels.subject.is_normal() && levels.background.is_normal(), "{levels:?}");
         }
         test_support::shown!(Pictures, "Levels of black light, light of 3.4·10³⁸, black or NaN fields, empty mattes",

@@ -98,12 +98,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// When the GPU cannot hold the result.
-    pub fn light_wrap(
-        &mut self,
-        subject: &GpuPicture,
-        behind: &GpuPicture,
-        amount: f32,
-    ) -> Result<GpuPicture> {
+    pub fn light_wrap(&mut self, subject: &GpuPicture, behind: &GpuPicture, amount: f32) -> Result<GpuPicture> {
         let open = self.plain((&SHADER, "open"), [0; 2], subject, Some(behind))?;
         let past = self.background_blur(&open, reach(subject.height))?;
         let values = [amount.to_bits(), 0];

@@ -8,8 +8,7 @@ use base::error::Result;
 use imaging::{Encoded, Image};
 use reflectance::{FieldBuffer, ReflectanceField};
 use scene::{
-    Background, BackgroundFile, Channel, Effects, Forced, Inspection, Output, STRENGTHS, Scene,
-    Strength, ViewTransform,
+    Background, BackgroundFile, Channel, Effects, Forced, Inspection, Output, STRENGTHS, Scene, Strength, ViewTransform,
 };
 use std::sync::Arc;
 
@@ -159,8 +158,7 @@ fn a_gpu_s_picture_is_the_cpu_s() {
                 let apart = largest_difference(&here.0, &there.0);
                 assert!(apart < 1.5 / 255.0, "{apart}: {scene:?}");
                 let pairs = here.0.pixels.iter().flatten().zip(there.0.pixels.iter().flatten());
-                let mean =
-                    pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * SIZE * SIZE) as f32;
+                let mean = pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * SIZE * SIZE) as f32;
                 assert!(mean < 0.02 / 255.0, "{mean}: {scene:?}");
             }
             assert_eq!(here.steady.is_some(), there.steady.is_some());
@@ -264,9 +262,7 @@ fn a_gpu_without_a_clock_says_so() {
 
 #[test]
 fn a_gpu_says_how_many_pixels_it_mended() {
-    let Some(mut both) = Both::new(false) else {
-        return;
-    };
+    let Some(mut both) = Both::new(false) else { return };
     let Field::Memory(field) = &mut both.memory.field else {
         panic!("the field is in memory");
     };
@@ -300,12 +296,7 @@ fn what_does_not_fit_is_refused_on_a_gpu_too() {
     let Field::Gpu(_, passes) = &both.gpu else {
         panic!("the field is on the GPU");
     };
-    let large = ReflectanceField {
-        width: 1024,
-        height: 1024,
-        lamps: 11,
-        values: vec![0.0; 11 * (3 << 20)],
-    };
+    let large = ReflectanceField { width: 1024, height: 1024, lamps: 11, values: vec![0.0; 11 * (3 << 20)] };
     let buffer = FieldBuffer::upload(&large, &passes.device);
     let refused = passes.relight.sum(&buffer, &[[1.0; 3]; 11]).unwrap_err();
     assert!(refused.to_string().contains("binds at most"), "{refused}");

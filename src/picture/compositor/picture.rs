@@ -30,12 +30,7 @@ pub struct Ingredients<'a> {
 
 impl<'a> Ingredients<'a> {
     /// Ingredients of a single picture, seen from the camera, without input of further effects.
-    pub fn new(
-        field: &'a Field,
-        mask: &'a Mask,
-        weights: &'a LightWeights,
-        environment: &'a Environment,
-    ) -> Self {
+    pub fn new(field: &'a Field, mask: &'a Mask, weights: &'a LightWeights, environment: &'a Environment) -> Self {
         Self {
             field,
             mask,

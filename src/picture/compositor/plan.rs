@@ -17,9 +17,7 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
         let (run, reason) = match (forced.filter(|_| fixed.is_none()), decision) {
             (None, Ok(reason)) => (true, reason),
             (None, Err(reason)) => (false, reason),
-            (Some(true), Err(reason)) if reason == NOT_ASKED => {
-                (true, "on by hand; not needed here".to_owned())
-            }
+            (Some(true), Err(reason)) if reason == NOT_ASKED => (true, "on by hand; not needed here".to_owned()),
             (Some(true), Ok(reason) | Err(reason)) => (true, format!("on by hand; {reason}")),
             // Its need was not measured.
             (Some(false), _) => (false, "off by hand".to_owned()),

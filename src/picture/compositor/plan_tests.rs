@@ -72,12 +72,7 @@ fn a_turn_of_the_environment_never_asks_the_network() {
 
 #[test]
 fn a_linear_cut_out_at_0_stops_needs_the_sum_alone() {
-    let bare = Scene {
-        exposure_stops: 0.0,
-        background: Background::None,
-        output: Output::Linear,
-        ..scene()
-    };
+    let bare = Scene { exposure_stops: 0.0, background: Background::None, output: Output::Linear, ..scene() };
     let cached = Facts { field_cached: true, weights_cached: true, ..FACTS };
     assert_eq!(names(&bare, &cached), ["relight"]);
 }
@@ -130,8 +125,7 @@ fn glare_goes_by_what_is_brighter_than_white_after_exposure() {
 
 #[test]
 fn a_difference_needs_a_second_picture() {
-    let compared =
-        with(Effects { inspection: Inspection::Difference { gain: 8.0 }, ..Effects::default() });
+    let compared = with(Effects { inspection: Inspection::Difference { gain: 8.0 }, ..Effects::default() });
     let found = Facts { second_picture: true, ..FACTS };
     assert!(!names(&compared, &FACTS).contains(&"difference"));
     assert!(names(&compared, &found).contains(&"difference"));
@@ -213,8 +207,7 @@ fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
             for run in [true, false] {
                 let mut forced = plain.clone();
                 forced.effects.forced = Forced::default().with(pass, Some(run));
-                let (before, after) =
-                    (&before[pass as usize], &plan(&forced, &facts)[pass as usize]);
+                let (before, after) = (&before[pass as usize], &plan(&forced, &facts)[pass as usize]);
                 let changed = changed((&plain, &facts), (&forced, &facts));
                 if before.fixed.is_some() {
                     assert_eq!(before, after);
@@ -238,13 +231,9 @@ fn what_lacks_its_input_cannot_be_forced_and_says_why() {
         let fixed = planned.iter().filter(|p| p.fixed.is_some());
         fixed.map(|p| p.pass.name()).collect::<Vec<_>>()
     };
-    let always =
-        ["predict", "weights", "relight", "plate", "view", "channels", "difference", "false_color"];
+    let always = ["predict", "weights", "relight", "plate", "view", "channels", "difference", "false_color"];
     assert_eq!(fixed(&scene()), always);
-    let cut_out = with(Effects {
-        forced: Forced::default().with(Pass::Background, Some(false)),
-        ..Effects::default()
-    });
+    let cut_out = with(Effects { forced: Forced::default().with(Pass::Background, Some(false)), ..Effects::default() });
     assert_eq!(fixed(&cut_out)[4..6], ["background_blur", "light_wrap"]);
     for name in ["background", "background_blur", "light_wrap", "grain", "dither"] {
         assert!(fixed(&bare).contains(&name), "{name}");

@@ -43,11 +43,7 @@ pub(crate) const PLATE: Descriptor = Descriptor {
         decide(
             context.facts.plate.is_some(),
             || {
-                let fine = if context.facts.fine_light {
-                    ", with the exemplars' fine shadows and glints"
-                } else {
-                    ""
-                };
+                let fine = if context.facts.fine_light { ", with the exemplars' fine shadows and glints" } else { "" };
                 format!("the light is brought to the plate's {width} × {height} pixels{fine}")
             },
             "the picture is as large as the plate",
@@ -154,12 +150,7 @@ impl Plate {
     ///
     /// # Errors
     /// When plate and matte differ in size, one of them is empty, or `working` is not square.
-    pub fn new(
-        mut radiance: Image,
-        matte: Mask,
-        square: PlateSquare,
-        working: &Mask,
-    ) -> Result<Self> {
+    pub fn new(mut radiance: Image, matte: Mask, square: PlateSquare, working: &Mask) -> Result<Self> {
         let size = working.width;
         let (width, height) = matte.size();
         let is_sized = radiance.size() == (width, height) && working.height == size;
@@ -213,8 +204,7 @@ impl Plate {
     /// As [`Self::new`].
     pub fn from_filmed(filmed: FilmedFrame, frame: &Frame) -> Result<Self> {
         let FilmedFrame { plate, mask, framing } = filmed;
-        let square =
-            PlateSquare { x: framing.x as f32, y: framing.y as f32, side: framing.side as f32 };
+        let square = PlateSquare { x: framing.x as f32, y: framing.y as f32, side: framing.side as f32 };
         Self::new(plate, mask, square, &frame.mask)
     }
 
@@ -290,11 +280,7 @@ impl Plate {
             matte: resize_area(&self.matte, columns, rows),
             filmed: self.filmed.clone(),
             lit: resize_area(&self.lit, columns, rows),
-            square: PlateSquare {
-                x: self.square.x * along,
-                y: self.square.y * along,
-                side: self.square.side * along,
-            },
+            square: PlateSquare { x: self.square.x * along, y: self.square.y * along, side: self.square.side * along },
             nodes: self.nodes.clone(),
             fine: None,
         }
@@ -420,8 +406,7 @@ impl Nodes {
     /// As the shader `plate` reads it: the look of each pixel, with its source as the fourth value.
     fn texels(&self) -> (Image, Mask) {
         let (width, height) = (self.size, self.size);
-        let looks =
-            Image { width, height, pixels: self.each.iter().map(|node| node.look).collect() };
+        let looks = Image { width, height, pixels: self.each.iter().map(|node| node.look).collect() };
         // Whole numbers up to 2²⁴ are exact: working sizes up to 4096.
         let sources = self.each.iter().map(|node| node.source as f32);
         let sources = Mask { width, height, pixels: sources.collect() };

@@ -71,8 +71,7 @@ impl Shot {
     fn with_side(side: usize, turn: f32) -> Self {
         let matte = disc(side);
         let plate = Raster::from_fn(side, side, albedo);
-        let truth =
-            Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v * light(x, y, side, turn)));
+        let truth = Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v * light(x, y, side, turn)));
         let working = resize_area(&matte, SIZE, SIZE);
         let relit = summed(&truth, &matte, &working);
         Self { working, plate, matte, truth, relit }
@@ -88,9 +87,7 @@ impl Shot {
 fn summed(subject: &Image, matte: &Mask, working: &Mask) -> Image {
     let mut relit = resize_area(&covered(subject, matte), SIZE, SIZE);
     let straight = relit.pixels.iter_mut().zip(&working.pixels);
-    straight
-        .filter(|(_, alpha)| **alpha > 0.0)
-        .for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v / alpha));
+    straight.filter(|(_, alpha)| **alpha > 0.0).for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v / alpha));
     extend_edges(&mut relit, working);
     covered(&relit, working)
 }
@@ -134,10 +131,7 @@ fn what_was_summed_is_the_mean_of_what_is_shown() {
         // At the edge the plate takes the colour of the solid subject, which differs from what was summed there.
         let solid = shot.working.pixels[i] >= 1.0;
         let apart = |c: usize| (mean[c] - relit[c]).abs();
-        assert!(
-            !solid || (0..3).all(|c| apart(c) < 0.03 * relit[c] + 1e-4),
-            "{i}: {mean:?} {relit:?}"
-        );
+        assert!(!solid || (0..3).all(|c| apart(c) < 0.03 * relit[c] + 1e-4), "{i}: {mean:?} {relit:?}");
     }
 }
 
@@ -148,10 +142,8 @@ fn its_own_light_gives_the_plate_back_bright_and_dark() {
         let mut shot = Shot::with_side(side, 0.7);
         // Highlights at 6 beside shadows down to a thousandth, where the matte is solid as far as the cubic reaches.
         let across = |i: usize| (i as f32 + 0.5) / side as f32;
-        let shade =
-            |x: usize| [6.0, 1.0, 0.1, 0.03][(10.0 * across(x) - 3.0).clamp(0.0, 3.0) as usize];
-        shot.plate =
-            Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v.max(0.05) * shade(x)));
+        let shade = |x: usize| [6.0, 1.0, 0.1, 0.03][(10.0 * across(x) - 3.0).clamp(0.0, 3.0) as usize];
+        shot.plate = Raster::from_fn(side, side, |x, y| albedo(x, y).map(|v| v.max(0.05) * shade(x)));
         let own = summed(&shot.plate, &shot.matte, &shot.working);
         let picture = shot.plate().relit(&own, &shot.working);
         for (i, (shown, filmed)) in picture.pixels.iter().zip(&shot.plate.pixels).enumerate() {
@@ -173,9 +165,8 @@ fn even_light_changes_every_pixel_alike_whatever_is_at_the_edge() {
     let inside = |x: usize, y: usize| (30..90).contains(&x) && (20..110).contains(&y);
     let thin = |x: usize, y: usize| (x + y) % 23 < 3 && (18..110).contains(&x) && y > 10;
     let matte = Mask::from_fn(side, side, |x, y| f32::from(inside(x, y) || thin(x, y)));
-    let plate = Raster::from_fn(side, side, |x, y| {
-        if inside(x, y) { albedo(x, y).map(|v| 0.1 * v) } else { [0.9, 0.8, 0.2] }
-    });
+    let plate =
+        Raster::from_fn(side, side, |x, y| if inside(x, y) { albedo(x, y).map(|v| 0.1 * v) } else { [0.9, 0.8, 0.2] });
     let working = resize_area(&matte, SIZE, SIZE);
     let half = plate.map(|pixel| pixel.map(|v| 0.5 * v));
     let relit = summed(&half, &matte, &working);
@@ -229,8 +220,7 @@ fn pictures_of_lamps_add_up_at_every_size_as_half_floats_keep_them() {
             let picture = plate.relit(&lit, &shot.working);
             let values = picture.pixels.as_flattened().iter();
             let brightest = values.clone().fold(0f32, |most, v| most.max(*v));
-            let apart =
-                values.zip(added.as_flattened()).fold(0f32, |most, (a, b)| most.max((a - b).abs()));
+            let apart = values.zip(added.as_flattened()).fold(0f32, |most, (a, b)| most.max((a - b).abs()));
             assert!(apart <= brightest / 2048.0, "{side}: {apart} of {brightest}");
         }
     }
@@ -247,9 +237,7 @@ fn the_square_may_be_anywhere_and_its_edge_goes_on() {
         let (x, y) = (x.checked_sub(x0)?, y.checked_sub(y0)?);
         (x < side && y < side).then_some((x, y))
     };
-    let plate = Raster::from_fn(width, height, |x, y| {
-        inside(x, y).map_or([0.5; 3], |(x, y)| shot.plate.at(x, y))
-    });
+    let plate = Raster::from_fn(width, height, |x, y| inside(x, y).map_or([0.5; 3], |(x, y)| shot.plate.at(x, y)));
     // The subject goes on to the plate's lower edge.
     let matte = Raster::from_fn(width, height, |x, y| match inside(x, y) {
         Some((x, y)) => shot.matte.at(x, y),
@@ -280,9 +268,7 @@ fn no_plate_makes_what_is_not_finite() {
     let all = Mask::filled(side, side, 1.0);
     for plate in [&holes, &black, &shot.plate] {
         for matte in [&open, &all, &shot.matte] {
-            for working in
-                [shot.working.clone(), Mask::filled(SIZE, SIZE, 0.0), Mask::filled(SIZE, SIZE, 1.0)]
-            {
+            for working in [shot.working.clone(), Mask::filled(SIZE, SIZE, 0.0), Mask::filled(SIZE, SIZE, 1.0)] {
                 for square in [whole(side), PlateSquare { x: -100.0, y: 7.5, side: 3.0 }] {
                     let plate = Plate::new(plate.clone(), matte.clone(), square, &working).unwrap();
                     let picture = plate.relit(&shot.relit, &working);
@@ -323,8 +309,7 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
     let set = Set::new(SIZE);
     let side = 5 * SIZE;
     let plate = disc_plate(side, &set.mask);
-    let with =
-        |plate| Ingredients { extra: Extra { plate, ..Extra::default() }, ..set.ingredients() };
+    let with = |plate| Ingredients { extra: Extra { plate, ..Extra::default() }, ..set.ingredients() };
     let said = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].clone();
     for background in [Background::Environment, Background::None] {
         let scene = scene(background, Output::Display, 0.0);
@@ -336,9 +321,7 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
         assert_eq!(small.alpha.size(), (SIZE, SIZE));
         assert!(!said(&small).ran);
     }
-    let same =
-        Plate::new(Raster::from_fn(SIZE, SIZE, albedo), set.mask.clone(), whole(SIZE), &set.mask)
-            .unwrap();
+    let same = Plate::new(Raster::from_fn(SIZE, SIZE, albedo), set.mask.clone(), whole(SIZE), &set.mask).unwrap();
     let scene = scene(Background::Environment, Output::Display, 0.0);
     let plain = compose(&scene, &with(None)).unwrap();
     let shown = compose(&scene, &with(Some(&same))).unwrap();
@@ -439,9 +422,7 @@ fn a_gpu_makes_the_same_of_a_plate() {
 #[test]
 fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
     use crate::passes::relight::tests::any_device;
-    let Some((device, queue)) = any_device() else {
-        return;
-    };
+    let Some((device, queue)) = any_device() else { return };
     let set = Set::new(SIZE);
     let Field::Memory(field) = &set.field else { unreachable!("a set's field is in memory") };
     let passes = Arc::new(PicturePasses::new(&device, &queue));
@@ -460,11 +441,8 @@ fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
         scene.effects.despill = 0.5;
         scene.effects.light_wrap = 0.5;
         let picture = |field| {
-            let ingredients = Ingredients {
-                field,
-                extra: Extra { plate: Some(&plate), ..Extra::default() },
-                ..set.ingredients()
-            };
+            let ingredients =
+                Ingredients { field, extra: Extra { plate: Some(&plate), ..Extra::default() }, ..set.ingredients() };
             compose(&scene, &ingredients).unwrap().display.unwrap().0
         };
         let [here, there] = [&set.field, &on_gpu].map(picture);

@@ -93,12 +93,7 @@ pub fn relight_compressed(field: &CompressedField, weights: &[[f32; 3]]) -> Imag
 }
 
 #[inline(always)]
-fn sum_components(
-    field: &CompressedField,
-    shares: &[(usize, [f32; 3])],
-    chunk: usize,
-    out: &mut [[f32; 3]],
-) {
+fn sum_components(field: &CompressedField, shares: &[(usize, [f32; 3])], chunk: usize, out: &mut [[f32; 3]]) {
     let mut sums = [[0f32; CHUNK]; 3];
     let (groups, rest) = shares.as_chunks::<PLANES>();
     for group in groups {
@@ -194,11 +189,7 @@ fn add<const N: usize>(sums: &mut [f32], mut planes: [&[f32]; N], shares: &[(usi
 
 /// [`add`] for the planes of a channel's tile in f16.
 #[inline(always)]
-fn add_halves<const N: usize>(
-    sums: &mut [f32; TILE],
-    planes: &[[u16; TILE]],
-    shares: &[(usize, f32); N],
-) {
+fn add_halves<const N: usize>(sums: &mut [f32; TILE], planes: &[[u16; TILE]], shares: &[(usize, f32); N]) {
     let mut halves = [&[0u16; TILE]; N];
     for (halves, (lamp, _)) in halves.iter_mut().zip(shares) {
         *halves = &planes[*lamp];

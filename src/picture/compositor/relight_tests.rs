@@ -22,14 +22,12 @@ fn relative(a: &Image, b: &Image, largest: f32) -> f32 {
 #[test]
 fn the_sum_agrees_with_one_in_double_precision() {
     let field = noise_field(61, 47, 41);
-    let mut weights: Vec<_> =
-        (0..41).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
+    let mut weights: Vec<_> = (0..41).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
     weights[17] = [1e6, 2e6, 3e6];
     let relit = relight(&field, &weights, &all(&weights));
     for (i, pixel) in relit.pixels.iter().enumerate() {
         for c in 0..3 {
-            let exact: f64 =
-                (0..41).map(|l| f64::from(weights[l][c]) * f64::from(field.plane(l, c)[i])).sum();
+            let exact: f64 = (0..41).map(|l| f64::from(weights[l][c]) * f64::from(field.plane(l, c)[i])).sum();
             // 41 additions, each rounded to half a unit of 2⁻²³.
             assert!((f64::from(pixel[c]) - exact).abs() <= 41.0 * 6e-8 * exact);
         }
@@ -42,8 +40,7 @@ fn the_sum_agrees_with_one_in_double_precision() {
 fn relighting_is_linear_in_the_light() {
     let field = noise_field(33, 65, 7);
     let (a, b) = (vec![[0.5, 0.25, 2.0]; 7], vec![[3.0, 0.0, 0.125]; 7]);
-    let both: Vec<[f32; 3]> =
-        a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
+    let both: Vec<[f32; 3]> = a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
     let mut sum = relight(&field, &a, &all(&a));
     for (s, p) in sum.pixels.iter_mut().zip(relight(&field, &b, &all(&b)).pixels) {
         (0..3).for_each(|c| s[c] += p[c]);
@@ -65,8 +62,7 @@ fn lamps_without_energy_may_be_skipped() {
 
 /// The weights of a sun among weak lamps and dark ones.
 fn sunny(lamps: usize) -> Vec<[f32; 3]> {
-    let mut weights: Vec<_> =
-        (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
+    let mut weights: Vec<_> = (0..lamps).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
     weights[lamps / 2] = [1e6, 2e6, 0.0];
     weights
 }
@@ -76,10 +72,8 @@ fn halves_are_summed_exactly_as_f32_would_be() {
     for (width, height, lamps) in [(1, 1, 1), (61, 47, 41), (64, 3, 9)] {
         let half = HalfField::from(&noise_field(width, height, lamps));
         let weights = sunny(lamps);
-        let (here, there) = (
-            relight_half(&half, &weights, &all(&weights)),
-            relight(&half.widened(), &weights, &all(&weights)),
-        );
+        let (here, there) =
+            (relight_half(&half, &weights, &all(&weights)), relight(&half.widened(), &weights, &all(&weights)));
         // Both add in one order, and the scale is a power of two.
         assert_eq!(here, there);
     }

@@ -34,12 +34,7 @@ impl Series {
     ///
     /// # Errors
     /// As [`super::compose`].
-    pub fn compose(
-        &mut self,
-        scene: &Scene,
-        plate: (&Image, &Mask),
-        ingredients: &Ingredients,
-    ) -> Result<Picture> {
+    pub fn compose(&mut self, scene: &Scene, plate: (&Image, &Mask), ingredients: &Ingredients) -> Result<Picture> {
         Ok(self.next(scene, plate, ingredients, false)?.picture)
     }
 
@@ -47,12 +42,7 @@ impl Series {
     ///
     /// # Errors
     /// As [`super::compose`].
-    pub fn show(
-        &mut self,
-        scene: &Scene,
-        plate: (&Image, &Mask),
-        ingredients: &Ingredients,
-    ) -> Result<ShownPicture> {
+    pub fn show(&mut self, scene: &Scene, plate: (&Image, &Mask), ingredients: &Ingredients) -> Result<ShownPicture> {
         self.next(scene, plate, ingredients, true)
     }
 
@@ -159,20 +149,13 @@ mod tests {
 
         fn ingredients<'a>(&'a self, field: &'a Field, frame: u64) -> Ingredients<'a> {
             Ingredients {
-                extra: Extra {
-                    identity: Identity { frame, ..Identity::default() },
-                    ..Extra::default()
-                },
+                extra: Extra { identity: Identity { frame, ..Identity::default() }, ..Extra::default() },
                 ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
             }
         }
 
         fn scene(frame: usize) -> Scene {
-            Scene {
-                frame,
-                effects: Effects { smoothing: 0.8, grain: 1.0, ..Effects::default() },
-                ..Scene::default()
-            }
+            Scene { frame, effects: Effects { smoothing: 0.8, grain: 1.0, ..Effects::default() }, ..Scene::default() }
         }
     }
 
@@ -189,9 +172,7 @@ mod tests {
             // A smaller picture of another brightness comes in between.
             let between = clip.ingredients(&fields[2], 9);
             let mut reuse = Reuse::default();
-            with_stand_in
-                .compose_stand_in(&Clip::scene(frame), plate, &between, &mut reuse)
-                .unwrap();
+            with_stand_in.compose_stand_in(&Clip::scene(frame), plate, &between, &mut reuse).unwrap();
             let again = with_stand_in.compose(&scene, plate, &ingredients).unwrap();
             assert_eq!(picture.display, again.display, "frame {frame}");
             let gain = picture.steady.unwrap().gain[1];

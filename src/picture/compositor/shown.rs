@@ -63,8 +63,7 @@ fn take(picture: &mut Picture, read: ReadPicture) {
         }
         if pass == Pass::Relight && report.ran && read.mended > 0 {
             let mended = read.mended;
-            report.reason +=
-                &format!("; {mended} pixels were NaN or infinite, filled from neighbours");
+            report.reason += &format!("; {mended} pixels were NaN or infinite, filled from neighbours");
         }
     }
 }

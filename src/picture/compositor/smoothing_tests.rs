@@ -5,13 +5,7 @@ use crate::Field;
 use imaging::Image;
 use reflectance::ReflectanceField;
 
-pub fn after(
-    before: Option<&Steady>,
-    index: usize,
-    field: &Field,
-    mask: &Mask,
-    share: f32,
-) -> Steady {
+pub fn after(before: Option<&Steady>, index: usize, field: &Field, mask: &Mask, share: f32) -> Steady {
     let even = || {
         let even = field.relight(&even_light(field.lamps()))?;
         let every = even.pixels.into_iter().step_by(step(mask.pixels.len()));

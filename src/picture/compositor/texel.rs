@@ -21,9 +21,7 @@ impl Field {
             Self::Memory(field) => values(&|lamp, channel| field.plane(lamp, channel)[pixel]),
             Self::Half(field) => {
                 let tile = field.tile(pixel / TILE);
-                values(&|lamp, channel| {
-                    widen(tile[channel * field.lamps + lamp][pixel % TILE]) * field.scale()
-                })
+                values(&|lamp, channel| widen(tile[channel * field.lamps + lamp][pixel % TILE]) * field.scale())
             }
             Self::Compressed(field) => {
                 let mut light = vec![[0.0; 3]; field.lamps];

@@ -11,11 +11,7 @@ pub(crate) const PREDICT: Descriptor = Descriptor {
     reads: |context, _| key((context.scene.frame, context.facts.inputs.frame)),
     run: Run::Before,
     ..Descriptor::new(Pass::Predict, |context| {
-        decide(
-            !context.facts.field_cached,
-            || format!("frame {} was not predicted yet", context.scene.frame),
-            "cached",
-        )
+        decide(!context.facts.field_cached, || format!("frame {} was not predicted yet", context.scene.frame), "cached")
     })
 };
 

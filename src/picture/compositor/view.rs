@@ -37,11 +37,7 @@ pub(crate) const VIEW: Descriptor = Descriptor {
             ViewTransform::Filmic => "the display is sRGB; highlights roll off as on film",
             ViewTransform::Aces => "the display is sRGB, by way of ACES",
         };
-        Ok(if viewing.is_neutral() {
-            curve.to_owned()
-        } else {
-            format!("{curve}; changed for viewing")
-        })
+        Ok(if viewing.is_neutral() { curve.to_owned() } else { format!("{curve}; changed for viewing") })
     })
 };
 
@@ -64,17 +60,11 @@ const AGX_STOPS: [f32; 2] = [-12.473_93, 4.026_069];
 
 /// Stephen Hill's fit of the Academy's RRT and sRGB ODT (`ACES.hlsl` of BakingLab): linear Rec. 709 to the
 /// space of the curve.
-const ACES_INPUT: [[f32; 3]; 3] = [
-    [0.597_19, 0.354_58, 0.048_23],
-    [0.076_00, 0.908_34, 0.015_66],
-    [0.028_40, 0.133_83, 0.837_77],
-];
+const ACES_INPUT: [[f32; 3]; 3] =
+    [[0.597_19, 0.354_58, 0.048_23], [0.076_00, 0.908_34, 0.015_66], [0.028_40, 0.133_83, 0.837_77]];
 /// From the space of the curve back.
-const ACES_OUTPUT: [[f32; 3]; 3] = [
-    [1.604_75, -0.531_08, -0.073_67],
-    [-0.102_08, 1.108_13, -0.006_05],
-    [-0.003_27, -0.072_76, 1.076_02],
-];
+const ACES_OUTPUT: [[f32; 3]; 3] =
+    [[1.604_75, -0.531_08, -0.073_67], [-0.102_08, 1.108_13, -0.006_05], [-0.003_27, -0.072_76, 1.076_02]];
 /// Brings 18 % grey to its sRGB code: the plain fit is darker, made for projectors.
 const ACES_EXPOSURE: f32 = 1.0 / 0.6;
 
@@ -117,11 +107,7 @@ pub fn srgb(linear: &Image) -> Encoded {
 
 fn encoded(linear: &Image, code: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Encoded {
     let pixels = linear.pixels.par_iter().with_min_len(4096);
-    Encoded(Raster {
-        width: linear.width,
-        height: linear.height,
-        pixels: pixels.map(|&pixel| code(pixel)).collect(),
-    })
+    Encoded(Raster { width: linear.width, height: linear.height, pixels: pixels.map(|&pixel| code(pixel)).collect() })
 }
 
 #[repr(C)]
@@ -141,9 +127,7 @@ impl Recording<'_> {
     /// When the GPU cannot hold the result.
     pub fn viewed(&mut self, light: &GpuPicture, scene: &Scene) -> Result<GpuPicture> {
         let [factor, power] = scene.viewing.factor_and_power();
-        let table = (scene.viewing.through.as_deref())
-            .map(|table| self.passes().display_table(table))
-            .transpose()?;
+        let table = (scene.viewing.through.as_deref()).map(|table| self.passes().display_table(table)).transpose()?;
         let params = ViewParams {
             size: extent(light.size()),
             curve: match (&table, scene.view()) {
@@ -178,8 +162,7 @@ static FILMIC: LazyLock<Curve> = LazyLock::new(|| {
         let x = (stops - darkest) / (brightest - darkest);
         // Wrensch's polynomial through AgX's default contrast curve.
         let [x2, x3, x4] = [x * x, x * x * x, x * x * x * x];
-        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x3 + 0.4298 * x2 + 0.1191 * x
-            - 0.002_32
+        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x3 + 0.4298 * x2 + 0.1191 * x - 0.002_32
     })
 });
 
@@ -213,14 +196,12 @@ mod tests {
     use super::*;
     use scene::Viewing;
 
-    const CURVES: [ViewTransform; 3] =
-        [ViewTransform::Srgb, ViewTransform::Filmic, ViewTransform::Aces];
+    const CURVES: [ViewTransform; 3] = [ViewTransform::Srgb, ViewTransform::Filmic, ViewTransform::Aces];
 
     #[test]
     fn brighter_light_is_never_a_darker_code() {
         for curve in CURVES {
-            let ramp: Vec<f32> =
-                (-140..80).map(|i| code([(i as f32 / 10.0).exp2(); 3], curve)[0]).collect();
+            let ramp: Vec<f32> = (-140..80).map(|i| code([(i as f32 / 10.0).exp2(); 3], curve)[0]).collect();
             for pair in ramp.windows(2) {
                 // The polynomial of the film curve wavers by this much in the deepest black.
                 assert!(pair[1] >= pair[0] - 5e-4, "{curve:?}: {pair:?}");
@@ -232,10 +213,7 @@ mod tests {
     #[test]
     fn a_viewing_exposure_reaches_into_what_clips_and_gamma_leaves_black_and_white() {
         let seen = |light: f32, exposure_stops: f32, gamma: f32| {
-            let scene = Scene {
-                viewing: Viewing { exposure_stops, gamma, ..Viewing::default() },
-                ..Scene::default()
-            };
+            let scene = Scene { viewing: Viewing { exposure_stops, gamma, ..Viewing::default() }, ..Scene::default() };
             let codes = viewed(&Image::filled(1, 1, [light; 3]), &scene).0.pixels[0];
             assert_eq!(codes, viewed_code([light; 3], &scene));
             codes[0]
@@ -250,10 +228,8 @@ mod tests {
         for hostile in [f32::NAN, -1.0, f32::NEG_INFINITY, f32::INFINITY] {
             assert!((0.0..=1.0).contains(&seen(hostile, 1.0, 2.0)), "{hostile}");
         }
-        let filmic = Scene {
-            viewing: Viewing { view: Some(ViewTransform::Filmic), ..Viewing::default() },
-            ..Scene::default()
-        };
+        let filmic =
+            Scene { viewing: Viewing { view: Some(ViewTransform::Filmic), ..Viewing::default() }, ..Scene::default() };
         let grey = Image::filled(1, 1, [0.7; 3]);
         assert_eq!(viewed(&grey, &filmic), view(&grey, ViewTransform::Filmic));
     }

@@ -22,10 +22,7 @@ pub fn folder() -> PathBuf {
 /// Call it before any computation on a GPU.
 pub fn keep() {
     let config = CubeClRuntimeConfig {
-        environment: EnvironmentConfig {
-            path: CacheConfig::Directory(folder()),
-            ..EnvironmentConfig::default()
-        },
+        environment: EnvironmentConfig { path: CacheConfig::Directory(folder()), ..EnvironmentConfig::default() },
         ..CubeClRuntimeConfig::default()
     };
     let _ = CubeClRuntimeConfig::try_set(config.override_from_env());

@@ -114,25 +114,17 @@ impl ComputeDevice {
                 description: format!("CPU (flex); pictures: GPU {}", gpu.adapter.name),
                 gpu: Some(gpu),
             },
-            Err(why) => Self {
-                device: Device::flex(),
-                description: format!("CPU (flex): {why}"),
-                gpu: None,
-            },
+            Err(why) => Self { device: Device::flex(), description: format!("CPU (flex): {why}"), gpu: None },
         }
     }
 
     /// The same with the network on the GPU too, if it passes `test`.
     fn with_network(self, test: impl FnOnce(&Gpu) -> Result<(), String>) -> Self {
-        let Some(gpu) = &self.gpu else {
-            return self;
-        };
+        let Some(gpu) = &self.gpu else { return self };
         let name = &gpu.adapter.name;
         match gpu.network().and_then(|device| test(gpu).map(|()| device)) {
             Ok(device) => Self { device, description: format!("GPU (wgpu): {name}"), ..self },
-            Err(why) => {
-                Self { description: format!("CPU (flex): {why}; pictures: GPU {name}"), ..self }
-            }
+            Err(why) => Self { description: format!("CPU (flex): {why}; pictures: GPU {name}"), ..self },
         }
     }
 
@@ -188,9 +180,7 @@ impl Gpu {
     fn check(&self) -> Result<(), String> {
         if self.passes.is_lost() {
             let name = &self.adapter.name;
-            return Err(format!(
-                "the GPU {name} stopped working; start Afterlight again to use it"
-            ));
+            return Err(format!("the GPU {name} stopped working; start Afterlight again to use it"));
         }
         let [pictures, _] = &*self.verdicts;
         pictures.get_or_init(|| self_test::pictures(&self.adapter.name, &self.passes)).clone()
@@ -244,8 +234,7 @@ impl Gpu {
 
     fn open(instance: &wgpu::Instance, adapter: wgpu::Adapter) -> Result<Self, String> {
         let (device, queue) =
-            pollster::block_on(adapter.request_device(&device_descriptor(&adapter)))
-                .map_err(|e| e.to_string())?;
+            pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).map_err(|e| e.to_string())?;
         Ok(Self::new(WgpuSetup {
             instance: instance.clone(),
             backend: adapter.get_info().backend,
@@ -272,8 +261,7 @@ impl Gpu {
 /// must have all of them.
 pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     // Mappable device buffers are slow on discrete GPUs.
-    let unwanted =
-        wgpu::Features::MAPPABLE_PRIMARY_BUFFERS | wgpu::Features::all_experimental_mask();
+    let unwanted = wgpu::Features::MAPPABLE_PRIMARY_BUFFERS | wgpu::Features::all_experimental_mask();
     wgpu::DeviceDescriptor {
         label: Some("afterlight"),
         required_features: adapter.features().difference(unwanted),
@@ -310,12 +298,9 @@ mod tests {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
         let adapter = adapters.into_iter().next().ok_or("no adapter");
-        let Some(adapter) = test_support::found(test_support::Need::Gpu, adapter) else {
-            return;
-        };
+        let Some(adapter) = test_support::found(test_support::Need::Gpu, adapter) else { return };
         let gpu = Gpu::open(&instance, adapter).unwrap();
-        let compute =
-            |gpu: Gpu| ComputeDevice::trusted(Ok(gpu), Gpu::check).with_network(Gpu::check_network);
+        let compute = |gpu: Gpu| ComputeDevice::trusted(Ok(gpu), Gpu::check).with_network(Gpu::check_network);
         for verdict in &*gpu.verdicts {
             verdict.set(Ok(())).unwrap();
         }

@@ -84,10 +84,7 @@ impl Check {
 
 /// A scene shown through the film curve.
 fn filmic() -> Scene {
-    Scene {
-        effects: Effects { view: ViewTransform::Filmic, ..Effects::default() },
-        ..Scene::default()
-    }
+    Scene { effects: Effects { view: ViewTransform::Filmic, ..Effects::default() }, ..Scene::default() }
 }
 
 /// Ok if a GPU makes pictures like the CPU; otherwise a message about the difference.
@@ -101,11 +98,7 @@ pub(super) fn network(adapter: &str, device: &Device) -> Result<(), String> {
 }
 
 /// Ok if the values `found` match the CPU's in each check.
-fn compare(
-    adapter: &str,
-    checks: &[Check],
-    found: impl Fn(Check) -> Result<Vec<f32>, String>,
-) -> Result<(), String> {
+fn compare(adapter: &str, checks: &[Check], found: impl Fn(Check) -> Result<Vec<f32>, String>) -> Result<(), String> {
     for &check in checks {
         let wanted = check.on_cpu()?;
         // A kernel that fails on burn's GPU backend panics when its values are read.
@@ -151,12 +144,7 @@ fn field() -> ReflectanceField {
     // Not a multiple of a workgroup or of a tile.
     let (width, height) = (61, 13);
     let count = LAMPS * 3 * width * height;
-    ReflectanceField {
-        width,
-        height,
-        lamps: LAMPS,
-        values: noise(count, 1).map(f32::abs).collect(),
-    }
+    ReflectanceField { width, height, lamps: LAMPS, values: noise(count, 1).map(f32::abs).collect() }
 }
 
 fn weights() -> Vec<[f32; 3]> {
@@ -174,12 +162,7 @@ fn ramp() -> Image {
     })
 }
 
-fn tensor<const D: usize>(
-    shape: [usize; D],
-    seed: usize,
-    scale: f32,
-    device: &Device,
-) -> Tensor<D> {
+fn tensor<const D: usize>(shape: [usize; D], seed: usize, scale: f32, device: &Device) -> Tensor<D> {
     let count = shape.iter().product();
     let values: Vec<f32> = noise(count, seed).map(|v| scale * v).collect();
     Tensor::from_data(TensorData::new(values, shape), device)
@@ -208,9 +191,8 @@ fn layers(device: &Device) -> Result<Vec<f32>, String> {
     let mut batch = BatchNormConfig::new(16).init(device);
     batch.gamma = scale(16, 4);
     batch.beta = scale(16, 5);
-    let convolve = |x, skip, layer: &Conv2d, activation| {
-        kernels::convolution(x, skip, layer, activation, Precision::Full)
-    };
+    let convolve =
+        |x, skip, layer: &Conv2d, activation| kernels::convolution(x, skip, layer, activation, Precision::Full);
     let layer = |inputs, outputs, kernel| convolution(inputs, outputs, kernel, device);
     let leaky = Activation::LeakyRelu(0.2);
     let x = tensor([1, 3, SIZE, SIZE], 6, 1.0, device);
@@ -280,28 +262,23 @@ mod tests {
     fn the_program_falls_back_to_the_cpu_and_says_why() {
         let right = ComputeDevice::choose(DeviceChoice::Gpu);
         let gpu = right.gpu.ok_or(right.description);
-        let Some(gpu) = test_support::found(test_support::Need::Gpu, gpu) else {
-            return;
-        };
+        let Some(gpu) = test_support::found(test_support::Need::Gpu, gpu) else { return };
         // This adapter, software or not, is right.
         assert_eq!(gpu.self_test(), Ok(()));
         let half = |v: Vec<f32>| vec![0.5; v.len()];
-        let pictures = ComputeDevice::trusted(Ok(gpu.clone()), |_| Ok(()))
-            .with_network(|_| spoilt(Check::Layers, half));
+        let pictures =
+            ComputeDevice::trusted(Ok(gpu.clone()), |_| Ok(())).with_network(|_| spoilt(Check::Layers, half));
         assert!(pictures.passes().is_some() && pictures.device == Device::flex());
         let said = &pictures.description;
         assert!(
-            said.starts_with(
-                "CPU (flex): the GPU Broken 9000 computed 0.5 in the network's layers"
-            ) && said.contains("; pictures: GPU "),
+            said.starts_with("CPU (flex): the GPU Broken 9000 computed 0.5 in the network's layers")
+                && said.contains("; pictures: GPU "),
             "{said}"
         );
         let fallen = ComputeDevice::trusted(Ok(gpu), |_| spoilt(Check::View, half));
         assert!(fallen.gpu.is_none() && fallen.passes().is_none());
         let said = &fallen.description;
-        assert!(said.starts_with(
-            "CPU (flex): the GPU Broken 9000 computed 0.5 in the pass view, expected "
-        ));
+        assert!(said.starts_with("CPU (flex): the GPU Broken 9000 computed 0.5 in the pass view, expected "));
         assert_eq!(fallen.device, Device::flex());
     }
 }

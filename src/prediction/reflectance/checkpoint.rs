@@ -65,8 +65,7 @@ struct Table {
 impl Table {
     /// Names of all files.
     fn names(&mut self) -> impl Iterator<Item = &mut String> {
-        let more =
-            [self.average_weights.as_mut(), self.live_weights.as_mut(), self.optimizer.as_mut()];
+        let more = [self.average_weights.as_mut(), self.live_weights.as_mut(), self.optimizer.as_mut()];
         std::iter::once(&mut self.weights).chain(more.into_iter().flatten())
     }
 }
@@ -85,12 +84,7 @@ pub struct TrainingState {
 const PACKED_WEIGHTS: &str = "weights.bpk";
 
 /// Writes a checkpoint: the network for prediction, and the state for continuing the training.
-pub fn save(
-    folder: &Path,
-    info: &CheckpointInfo,
-    network: &UNet,
-    state: &TrainingState,
-) -> Result<()> {
+pub fn save(folder: &Path, info: &CheckpointInfo, network: &UNet, state: &TrainingState) -> Result<()> {
     let written = || {
         let mut checksums = BTreeMap::new();
         let mut write = |what: &str, bytes: &[u8]| {
@@ -100,18 +94,10 @@ pub fn save(
             write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
         };
         let weights = write("weights", &weight_bytes(network)?)?;
-        let average_weights =
-            (state.average_weights.as_ref()).map(|bytes| write("average", bytes)).transpose()?;
+        let average_weights = (state.average_weights.as_ref()).map(|bytes| write("average", bytes)).transpose()?;
         let live_weights = Some(write("live", &state.live_weights)?);
         let optimizer = Some(write("optimizer", &state.optimizer)?);
-        let table = Table {
-            weights,
-            average_weights,
-            live_weights,
-            optimizer,
-            checksums,
-            info: info.clone(),
-        };
+        let table = Table { weights, average_weights, live_weights, optimizer, checksums, info: info.clone() };
         save_table(folder, table)
     };
     written().inspect_err(|_| {
@@ -208,9 +194,7 @@ fn remove_unnamed(folder: &Path, mut table: Table) {
 /// True for this program's names of weight files, such as `live-0001200-2.bpk`. All other files in the folder belong to
 /// the user.
 fn is_ours(name: &str) -> bool {
-    let Some(stem) = name.strip_suffix(".bpk") else {
-        return false;
-    };
+    let Some(stem) = name.strip_suffix(".bpk") else { return false };
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     match stem.split('-').collect::<Vec<_>>()[..] {
         [_] => name == PACKED_WEIGHTS,
@@ -270,9 +254,7 @@ pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
             best: table.network(folder, &table.weights, device)?,
             average: table.network(folder, average, device)?,
             live: table.network(folder, live, &device.clone().autodiff())?,
-            optimizer: (table.optimizer.as_ref())
-                .map(|name| table.read(folder, name))
-                .transpose()?,
+            optimizer: (table.optimizer.as_ref()).map(|name| table.read(folder, name)).transpose()?,
             info: table.info.clone(),
         })
     })
@@ -299,8 +281,7 @@ fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
     let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("open", &path, e, ("Train first", "afterlight train PROJECT")))?;
-    let mut table: Table =
-        toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+    let mut table: Table = toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
     if let Some(name) = table.names().find(|name| !files::is_bare(name)) {
         let problem = format!("{name:?} is not the name of a file in its folder");
         return Err(Error::codec("read", &path, problem, REMEDY));
@@ -358,13 +339,10 @@ impl CheckpointInfo {
         }
         let record = ModuleRecord::from_bytes(bytes).map_err(|e| e.to_string())?;
         let record = record.cast_to_module_dtype();
-        let network =
-            (self.network.init(0.5, device)).try_load_record(record).map_err(|e| match e {
-                RecordError::Validation(_) => {
-                    "it holds a network of another shape than in checkpoint.toml".to_owned()
-                }
-                RecordError::Io(problem) => problem,
-            })?;
+        let network = (self.network.init(0.5, device)).try_load_record(record).map_err(|e| match e {
+            RecordError::Validation(_) => "it holds a network of another shape than in checkpoint.toml".to_owned(),
+            RecordError::Io(problem) => problem,
+        })?;
         if !network.is_finite() {
             return Err("it holds weights that are NaN or infinite".to_owned());
         }

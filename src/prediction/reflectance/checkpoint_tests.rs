@@ -78,9 +78,7 @@ fn one_flipped_byte_in_any_file_is_noticed() {
 
 #[test]
 fn older_names_of_precisions_are_read() {
-    for (name, precision) in
-        [("full", Precision::Full), ("split", Precision::Mixed), ("half", Precision::Mixed)]
-    {
+    for (name, precision) in [("full", Precision::Full), ("split", Precision::Mixed), ("half", Precision::Mixed)] {
         let folder = saved();
         change_table(folder.path(), "\"auto\"", &format!("{name:?}"));
         let read = load_training(folder.path(), &Device::flex()).unwrap();
@@ -256,9 +254,8 @@ fn a_packed_network_is_small_and_keeps_its_steps() {
     let whole_bytes = weight_bytes(&whole).unwrap().len() as u64;
     assert!(bytes < whole_bytes * 7 / 10, "{bytes} of {whole_bytes}");
     let input = || burn::tensor::Tensor::<4>::full([1, 3, 16, 16], 0.3, &Device::flex());
-    let [a, b] = [whole, network].map(|network| {
-        network.forward(input()).into_data().convert::<f32>().try_to_vec::<f32>().unwrap()
-    });
+    let [a, b] = [whole, network]
+        .map(|network| network.forward(input()).into_data().convert::<f32>().try_to_vec::<f32>().unwrap());
     let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(apart < 2e-3, "{apart}");
 }

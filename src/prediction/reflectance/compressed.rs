@@ -89,10 +89,8 @@ impl LampBasis {
             return None;
         }
         let components = &self.components[..count.min(self.len())];
-        let basis: Vec<Vec<f32>> = components
-            .iter()
-            .map(|component| component.iter().map(|&v| v as f32).collect())
-            .collect();
+        let basis: Vec<Vec<f32>> =
+            components.iter().map(|component| component.iter().map(|&v| v as f32).collect()).collect();
         let pixels = field.width * field.height;
         let mut planes = vec![0f32; basis.len() * pixels];
         let rows = planes.par_chunks_mut(pixels.max(1)).zip(&basis);
@@ -106,21 +104,15 @@ impl LampBasis {
                 }
             }
         });
-        Some(CompressedField {
-            width: field.width,
-            height: field.height,
-            lamps: field.lamps,
-            basis,
-            planes,
-        })
+        Some(CompressedField { width: field.width, height: field.height, lamps: field.lamps, basis, planes })
     }
 }
 
 impl CompressedField {
     /// A field in the fewest of its own components with an error of at most `error` of its root mean square.
     pub fn new(field: &ReflectanceField, error: f64) -> Self {
-        let compressed = LampBasis::from_fields(&[field])
-            .and_then(|basis| basis.compress(field, basis.components_for(error)));
+        let compressed =
+            LampBasis::from_fields(&[field]).and_then(|basis| basis.compress(field, basis.components_for(error)));
         compressed.expect("a field fits its own basis")
     }
 
@@ -196,8 +188,7 @@ fn plane_products(field: &ReflectanceField) -> Symmetric {
         }
         sum
     };
-    let runs: Vec<Symmetric> =
-        (0..pixels.div_ceil(RUN * CHUNK)).into_par_iter().map(products).collect();
+    let runs: Vec<Symmetric> = (0..pixels.div_ceil(RUN * CHUNK)).into_par_iter().map(products).collect();
     let mut sum = Symmetric::zeros(planes);
     runs.iter().for_each(|run| sum.add(run));
     sum

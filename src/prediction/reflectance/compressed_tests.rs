@@ -3,12 +3,7 @@
 use super::*;
 
 fn field(size: usize, lamps: usize, value: impl Fn(usize) -> f32) -> ReflectanceField {
-    ReflectanceField {
-        width: size,
-        height: size,
-        lamps,
-        values: (0..size * size * 3 * lamps).map(value).collect(),
-    }
+    ReflectanceField { width: size, height: size, lamps, values: (0..size * size * 3 * lamps).map(value).collect() }
 }
 
 fn noise(i: usize) -> f32 {
@@ -29,9 +24,11 @@ fn lobes(size: usize, lamps: usize) -> ReflectanceField {
 fn expanded(compressed: &CompressedField) -> Vec<f32> {
     let pixels = compressed.width * compressed.height;
     let value = |i: usize| {
-        let terms = compressed.basis.iter().enumerate().map(|(k, component)| {
-            f64::from(component[i / pixels]) * f64::from(compressed.plane(k)[i % pixels])
-        });
+        let terms = compressed
+            .basis
+            .iter()
+            .enumerate()
+            .map(|(k, component)| f64::from(component[i / pixels]) * f64::from(compressed.plane(k)[i % pixels]));
         terms.sum::<f64>() as f32
     };
     (0..3 * compressed.lamps * pixels).map(value).collect()

@@ -103,12 +103,7 @@ impl DeviceField {
     pub fn read(self) -> Result<ReflectanceField> {
         let [lamps, _, height, width] = self.olats.dims();
         let data = self.olats.try_into_data().map_err(|e| device_failure(&e))?;
-        Ok(ReflectanceField {
-            width,
-            height,
-            lamps,
-            values: data.try_into_vec().map_err(|e| device_failure(&e))?,
-        })
+        Ok(ReflectanceField { width, height, lamps, values: data.try_into_vec().map_err(|e| device_failure(&e))? })
     }
 
     /// The field in a buffer of `gpu`. If that is the network's own device, this is the network's buffer without a copy;
@@ -129,13 +124,7 @@ impl DeviceField {
             .get_resource::<WgpuServer<AutoCompiler>>(tensor.handle.clone())
             .map_err(|e| device_failure(&e))?;
         tensor.client.flush().map_err(|e| device_failure(&e))?;
-        Ok(FieldBuffer {
-            width,
-            height,
-            lamps,
-            format: FieldFormat::Full,
-            buffer: Buffer::Predicted(resource),
-        })
+        Ok(FieldBuffer { width, height, lamps, format: FieldFormat::Full, buffer: Buffer::Predicted(resource) })
     }
 }
 
@@ -237,12 +226,7 @@ mod tests {
 
     #[test]
     fn fields_are_mixed_by_roots_and_each_pixel_s_share() {
-        let field = |lit: [f32; 3]| ReflectanceField {
-            width: 3,
-            height: 1,
-            lamps: 1,
-            values: [lit; 3].concat(),
-        };
+        let field = |lit: [f32; 3]| ReflectanceField { width: 3, height: 1, lamps: 1, values: [lit; 3].concat() };
         let share = Mask { width: 3, height: 1, pixels: vec![0.0, 1.0, 0.25] };
         let own = DeviceField::upload(&field([9.0, -1.0, 1.0]), &Device::flex()).unwrap();
         let mixed = own.mixed(&field([4.0, 4.0, 9.0]), &share).unwrap();
@@ -256,15 +240,13 @@ mod tests {
     #[test]
     fn fields_are_scaled_to_the_plate_by_at_most_eight() {
         // Two lamps and three pixels: sums of 3 and of a hundredth of it, and no light.
-        let planes =
-            [[1.0, 0.01, 0.0], [2.0, 0.02, 0.0]].map(|plane: [f32; 3]| [plane; 3].concat());
+        let planes = [[1.0, 0.01, 0.0], [2.0, 0.02, 0.0]].map(|plane: [f32; 3]| [plane; 3].concat());
         let field = ReflectanceField { width: 3, height: 1, lamps: 2, values: planes.concat() };
         let own = DeviceField::upload(&field, &Device::flex()).unwrap();
         let plate = Image::filled(3, 1, [6.0, 3.0, -1.0]);
         let scaled = own.summing_to(&plate, &[[1.0; 3]; 2]).unwrap().read().unwrap();
         let sum = |c: usize| [0, 1, 2].map(|p| scaled.plane(0, c)[p] + scaled.plane(1, c)[p]);
-        for (c, expected) in [[6.0, 0.24, 0.0], [3.0, 0.24, 0.0], [0.0; 3]].into_iter().enumerate()
-        {
+        for (c, expected) in [[6.0, 0.24, 0.0], [3.0, 0.24, 0.0], [0.0; 3]].into_iter().enumerate() {
             for (found, expected) in sum(c).into_iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-5, "{c}: {found} is not {expected}");
             }

@@ -51,12 +51,7 @@ impl Predictor {
     /// A predictor for a network that is already loaded.
     pub fn new(network: UNet, info: CheckpointInfo, device: &Device) -> Self {
         let half = info.network.precision == Precision::Mixed && predicts_in_half(device);
-        Self {
-            network: if half { network.halved() } else { network },
-            half,
-            info,
-            device: device.clone(),
-        }
+        Self { network: if half { network.halved() } else { network }, half, info, device: device.clone() }
     }
 
     /// The checkpoint's table.

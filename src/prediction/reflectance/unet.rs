@@ -156,9 +156,7 @@ impl UNetConfig {
         let table = |config: &Self| toml::Table::try_from(config).unwrap_or_default();
         let (here, asked) = (table(self), table(asked));
         let keys: BTreeSet<&String> = here.keys().chain(asked.keys()).collect();
-        let value = |of: &toml::Table, key: &str| {
-            (of.get(key)).map_or("the default".to_owned(), ToString::to_string)
-        };
+        let value = |of: &toml::Table, key: &str| (of.get(key)).map_or("the default".to_owned(), ToString::to_string);
         let different = keys.into_iter().filter(|key| here.get(*key) != asked.get(*key));
         different
             .map(|key| format!("{key} is {}, not {}", value(&here, key), value(&asked, key)))
@@ -203,12 +201,14 @@ impl UNetConfig {
     /// `mean_output`, the mean of its target. From the default initialisation it collapses to
     /// black.
     pub fn init(&self, mean_output: f32, device: &Device) -> UNet {
-        let convolution =
-            |from: usize, to: usize, kernel: usize| {
-                Conv2dConfig::new([from, to], [kernel, kernel]).with_padding(
-                    PaddingConfig2d::Explicit(kernel / 2, kernel / 2, kernel / 2, kernel / 2),
-                )
-            };
+        let convolution = |from: usize, to: usize, kernel: usize| {
+            Conv2dConfig::new([from, to], [kernel, kernel]).with_padding(PaddingConfig2d::Explicit(
+                kernel / 2,
+                kernel / 2,
+                kernel / 2,
+                kernel / 2,
+            ))
+        };
         let mut channels = 3;
         let mut encoder = Vec::new();
         for block in 0..self.blocks() {
@@ -217,10 +217,8 @@ impl UNetConfig {
             let normalized = self.normalized(block);
             encoder.push(EncoderBlock {
                 convolution: convolution(channels, to, kernel).init(device),
-                batch: (normalized == Normalization::Batch)
-                    .then(|| BatchNormConfig::new(to).init(device)),
-                group: (normalized == Normalization::Group)
-                    .then(|| GroupNormConfig::new(8, to).init(device)),
+                batch: (normalized == Normalization::Batch).then(|| BatchNormConfig::new(to).init(device)),
+                group: (normalized == Normalization::Group).then(|| GroupNormConfig::new(8, to).init(device)),
             });
             channels = to;
         }
@@ -413,8 +411,7 @@ impl UNet {
     /// Normalisation computes in f32.
     pub fn halved(self) -> Self {
         let half = |convolution: Conv2d| convolution.map(&mut Halved);
-        let block =
-            |block: EncoderBlock| EncoderBlock { convolution: half(block.convolution), ..block };
+        let block = |block: EncoderBlock| EncoderBlock { convolution: half(block.convolution), ..block };
         Self {
             encoder: self.encoder.into_iter().map(block).collect(),
             decoder: self.decoder.into_iter().map(half).collect(),
@@ -433,8 +430,7 @@ struct Finite(bool);
 impl ModuleVisitor for Finite {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         let values = param.val().into_data().convert::<f32>();
-        self.0 &=
-            (values.as_slice::<f32>()).is_ok_and(|values| values.iter().all(|v| v.is_finite()));
+        self.0 &= (values.as_slice::<f32>()).is_ok_and(|values| values.iter().all(|v| v.is_finite()));
     }
 }
 
@@ -459,13 +455,11 @@ impl EncoderBlock {
         match (&self.batch, &self.group) {
             (None, None) => kernels::convolution(x, None, &self.convolution, leak, precision),
             (None, Some(group)) => {
-                let x =
-                    kernels::convolution(x, None, &self.convolution, Activation::None, precision);
+                let x = kernels::convolution(x, None, &self.convolution, Activation::None, precision);
                 in_full(x, |x| kernels::group_norm(x, group, LEAK))
             }
             (Some(batch), _) => {
-                let x =
-                    kernels::convolution(x, None, &self.convolution, Activation::None, precision);
+                let x = kernels::convolution(x, None, &self.convolution, Activation::None, precision);
                 let own = statistics == Statistics::Own;
                 in_full(x, |x| kernels::batch_norm(x, batch, LEAK, own))
             }
@@ -475,11 +469,7 @@ impl EncoderBlock {
 
 /// Computes f16 input in f32: f16 ends at 65504, which a sum over a picture exceeds.
 fn in_full(x: Tensor<4>, compute: impl FnOnce(Tensor<4>) -> Tensor<4>) -> Tensor<4> {
-    if x.dtype() == DType::F16 {
-        compute(x.cast(FloatDType::F32)).cast(FloatDType::F16)
-    } else {
-        compute(x)
-    }
+    if x.dtype() == DType::F16 { compute(x.cast(FloatDType::F32)).cast(FloatDType::F16) } else { compute(x) }
 }
 
 #[cfg(test)]
@@ -488,8 +478,7 @@ mod tests {
 
     #[test]
     fn the_cost_counts_every_parameter() {
-        for (size, normalization) in
-            [(16, Normalization::Group), (32, Normalization::Batch), (64, Normalization::None)]
+        for (size, normalization) in [(16, Normalization::Group), (32, Normalization::Batch), (64, Normalization::None)]
         {
             let config = UNetConfig {
                 size,

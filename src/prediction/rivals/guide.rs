@@ -76,9 +76,7 @@ mod tests {
         for y in 0..20 {
             for x in 0..20 {
                 let (a, b) = (here.at(4 + x, 6 + y), there.at(21 + x, 17 + y));
-                let off = |a: [f32; 3], b: [f32; 3]| {
-                    (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
-                };
+                let off = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
                 assert!(off(a, b) < 1e-4, "{a:?} {b:?}");
                 differ = differ.max(off(a, here.at(4, 6)));
             }

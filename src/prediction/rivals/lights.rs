@@ -84,9 +84,7 @@ impl Lights {
             }
         }
         let weights = radiance.iter().zip(&self.lamps);
-        weights
-            .map(|(radiance, (_, inverse))| std::array::from_fn(|c| radiance[c] * inverse[c]))
-            .collect()
+        weights.map(|(radiance, (_, inverse))| std::array::from_fn(|c| radiance[c] * inverse[c])).collect()
     }
 }
 

@@ -42,8 +42,7 @@ struct Residual {
 
 pub fn convolution(from: usize, to: usize, kernel: usize) -> Conv2dConfig {
     let pad = kernel / 2;
-    Conv2dConfig::new([from, to], [kernel, kernel])
-        .with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
+    Conv2dConfig::new([from, to], [kernel, kernel]).with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
 }
 
 /// Output layer with the initial means `means`, one per channel.
@@ -66,8 +65,7 @@ impl PatchNetwork {
     pub fn new(means: &[f32], device: &Device) -> Self {
         let [half, quarter] = [2 * WIDTH, 4 * WIDTH];
         let layer = |from, to, kernel| convolution(from, to, kernel).init(device);
-        let residual =
-            |_| Residual { first: layer(quarter, quarter, 3), second: layer(quarter, quarter, 3) };
+        let residual = |_| Residual { first: layer(quarter, quarter, 3), second: layer(quarter, quarter, 3) };
         Self {
             first: layer(INPUTS, WIDTH, 7),
             down: vec![layer(WIDTH, half, 3), layer(half, quarter, 3)],
@@ -81,9 +79,8 @@ impl PatchNetwork {
 
     /// `[n, 6, h, w]` → `[n, 3·looks, h, w]` in (0, 1), of some looks; None means all. h and w are multiples of 4.
     pub fn forward(&self, input: Tensor<4>, looks: Option<&[usize]>) -> Tensor<4> {
-        let layer = |x, skip, layer: &Conv2d, activation| {
-            kernels::convolution(x, skip, layer, activation, Precision::Auto)
-        };
+        let layer =
+            |x, skip, layer: &Conv2d, activation| kernels::convolution(x, skip, layer, activation, Precision::Auto);
         let full = layer(input.clone(), None, &self.first, LEAKY);
         let half = layer(kernels::blur_pool(full.clone()), None, &self.down[0], LEAKY);
         let quarter = layer(kernels::blur_pool(half.clone()), None, &self.down[1], LEAKY);

@@ -18,9 +18,7 @@ use imaging::Image;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
-use reflectance::render::{
-    decode, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
-};
+use reflectance::render::{decode, encode, tensor_from_image, tensor_from_images, tensor_from_mask};
 
 /// Side of a patch in pixels.
 const PATCH: usize = 32;
@@ -67,20 +65,18 @@ impl PatchStyle {
         progress: &Progress,
     ) -> Result<Self> {
         if lights.is_empty() {
-            return Err(Error::missing(
-                "there is no light to learn a look from",
-                "Give at least one environment",
-            ));
+            return Err(Error::missing("there is no light to learn a look from", "Give at least one environment"));
         }
         let autodiff = device.clone().autodiff();
-        let relit: Vec<Vec<Image>> = (poses.poses.par_iter())
-            .map(|pose| lights.iter().map(|light| pose.relit(light)).collect())
-            .collect();
+        let relit: Vec<Vec<Image>> =
+            (poses.poses.par_iter()).map(|pose| lights.iter().map(|light| pose.relit(light)).collect()).collect();
         let gains: Vec<f32> = (0..lights.len())
             .map(|look| {
-                let pixels = poses.poses.iter().zip(&relit).flat_map(|(pose, relit)| {
-                    subject(&pose.mask).flat_map(move |i| relit[look].pixels[i])
-                });
+                let pixels = poses
+                    .poses
+                    .iter()
+                    .zip(&relit)
+                    .flat_map(|(pose, relit)| subject(&pose.mask).flat_map(move |i| relit[look].pixels[i]));
                 bright_level(&mut pixels.collect::<Vec<f32>>()).map_or(0.0, |level| 1.0 / level)
             })
             .collect();
@@ -211,12 +207,7 @@ impl Batch {
             let looks = truth.dims()[0];
             truths.push(truth.reshape([1, 3 * looks, side, side]));
         }
-        Self {
-            input: Tensor::cat(inputs, 0),
-            mask: Tensor::cat(masks, 0),
-            truth: Tensor::cat(truths, 0),
-            looks,
-        }
+        Self { input: Tensor::cat(inputs, 0), mask: Tensor::cat(masks, 0), truth: Tensor::cat(truths, 0), looks }
     }
 
     /// Mean absolute difference inside the matte, plus that of the differences between neighbours.

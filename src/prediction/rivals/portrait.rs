@@ -51,12 +51,7 @@ impl Portrait {
     ///
     /// # Errors
     /// When no pose has light on it, the user stops, or training fails.
-    pub fn learn(
-        poses: &Poses,
-        effort: &Effort,
-        device: &Device,
-        progress: &Progress,
-    ) -> Result<Self> {
+    pub fn learn(poses: &Poses, effort: &Effort, device: &Device, progress: &Progress) -> Result<Self> {
         let autodiff = device.clone().autodiff();
         let levels = poses.levels();
         let lights = Lights::new(&poses.rig);
@@ -75,10 +70,9 @@ impl Portrait {
         let network = PortraitNetwork::new(poses.size().0, poses.lamps(), mean / scale, &autodiff);
         let mut criterion = Criterion::default();
         let told = ("training portrait relighting", progress);
-        let (network, spent) =
-            learn(network.materialize(), effort, RATE, told, |network, step| {
-                learner.loss(network, &mut criterion, step)
-            })?;
+        let (network, spent) = learn(network.materialize(), effort, RATE, told, |network, step| {
+            learner.loss(network, &mut criterion, step)
+        })?;
         Ok(Self { network, levels: learner.levels, scale, device: device.clone(), spent })
     }
 
@@ -94,11 +88,7 @@ impl Portrait {
     pub fn relit(&self, frame: &Frame, lights: &[Vec<[f32; 3]>]) -> Result<Vec<Image>> {
         if let Some(light) = lights.iter().find(|l| l.len() != self.levels.len()) {
             return Err(Error::invalid(
-                format!(
-                    "the light has {} lamps, but the network learnt {}",
-                    light.len(),
-                    self.levels.len()
-                ),
+                format!("the light has {} lamps, but the network learnt {}", light.len(), self.levels.len()),
                 "Calibrate this project again",
             ));
         }
@@ -109,12 +99,7 @@ impl Portrait {
         for lights in lights.chunks(AT_ONCE) {
             let shares: Vec<Shares> = lights.iter().map(|l| Shares::new(l, &self.levels)).collect();
             let totals: Vec<f32> = shares.iter().flat_map(|s| s.total).collect();
-            let totals = Tensor::<1>::from_floats(totals.as_slice(), &self.device).reshape([
-                lights.len(),
-                3,
-                1,
-                1,
-            ]);
+            let totals = Tensor::<1>::from_floats(totals.as_slice(), &self.device).reshape([lights.len(), 3, 1, 1]);
             let output = self.network.decode(&encoding, roots(&shares, &self.device));
             pictures.extend(images(output * totals * inside.clone() * self.scale)?);
         }
@@ -192,13 +177,7 @@ impl Learner {
                 olats: Some(&encode(Tensor::cat(truths, 0) * gain)),
                 plate: &encoded,
                 weights: &Tensor::zeros([TARGETS, 3, 1, 1], &self.device),
-                settings: LossSettings {
-                    gain,
-                    shift: by,
-                    reconstruction: 1.0,
-                    rendering: 0.0,
-                    logits: false,
-                },
+                settings: LossSettings { gain, shift: by, reconstruction: 1.0, rendering: 0.0, logits: false },
             },
             None,
             None,

@@ -121,9 +121,8 @@ impl PortraitNetwork {
         let light = activation::leaky_relu(first.forward(lights), f64::from(LEAK));
         let light = activation::leaky_relu(second.forward(light), f64::from(LEAK));
         let light = light.reshape([n, LIGHT, 1, 1]).expand([n, LIGHT, h, w]);
-        let layer = |x, skip, layer: &Conv2d, activation| {
-            kernels::convolution(x, skip, layer, activation, Precision::Auto)
-        };
+        let layer =
+            |x, skip, layer: &Conv2d, activation| kernels::convolution(x, skip, layer, activation, Precision::Auto);
         let every = |x: &Tensor<4>| x.clone().repeat_dim(0, n);
         let mut x = layer(every(&encoding.bottleneck), Some(light), &self.mix[0], RELU);
         x = layer(x, None, &self.mix[1], RELU);

@@ -8,9 +8,7 @@ use footage::Exemplar;
 use imaging::{Image, Mask};
 use light::Rig;
 use project::Project;
-use reflectance::render::{
-    encode, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
-};
+use reflectance::render::{encode, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights};
 
 /// Coverage above which a pixel counts as subject.
 const SUBJECT: f32 = 0.9;

@@ -48,9 +48,8 @@ fn error(picture: &Image, truth: &Image, pose: &Pose) -> f64 {
 
 /// Baseline: the plate scaled to the truth's brightness and colour, so that no shadow moves.
 fn unmoved(pose: &Pose, truth: &Image) -> Image {
-    let sums = |image: &Image| -> [f32; 3] {
-        std::array::from_fn(|c| subject(&pose.mask).map(|i| image.pixels[i][c]).sum())
-    };
+    let sums =
+        |image: &Image| -> [f32; 3] { std::array::from_fn(|c| subject(&pose.mask).map(|i| image.pixels[i][c]).sum()) };
     let (plate, truth) = (sums(&pose.plate), sums(truth));
     let pixels = pose.plate.pixels.iter();
     let scaled = |p: &[f32; 3]| std::array::from_fn(|c| p[c] * truth[c] / plate[c].max(1e-6));
@@ -62,17 +61,14 @@ fn patches_learn_each_look_of_one_pose() {
     let poses = poses(1);
     let pose = &poses.poses[0];
     let lights: Vec<_> = (0..3).map(|lamp| alone(poses.lamps(), lamp)).collect();
-    let learnt =
-        PatchStyle::learn(&poses, &lights, &effort(250), &Device::flex(), &Progress::silent())
-            .unwrap();
+    let learnt = PatchStyle::learn(&poses, &lights, &effort(250), &Device::flex(), &Progress::silent()).unwrap();
     assert_eq!(learnt.spent.steps, 250);
     assert!(learnt.spent.seconds > 0.0);
     let pictures = learnt.relit(&frame(pose)).unwrap();
     assert_eq!(pictures.len(), 3);
     for (picture, light) in pictures.iter().zip(&lights) {
         let truth = pose.relit(light);
-        let (found, trivial) =
-            (error(picture, &truth, pose), error(&unmoved(pose, &truth), &truth, pose));
+        let (found, trivial) = (error(picture, &truth, pose), error(&unmoved(pose, &truth), &truth, pose));
         println!("off by {found:.3}, the plate itself by {trivial:.3}");
         // So few steps prove learning, not final quality.
         assert!(found < 0.75 * trivial, "{found}, {trivial}");
@@ -99,9 +95,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     }
     let count = lights.len() as f64;
     let [found, trivial, swapped] = [found, trivial, swapped].map(|e| e / count);
-    println!(
-        "off by {found:.3}, the plate itself by {trivial:.3}, the next lamp's by {swapped:.3}"
-    );
+    println!("off by {found:.3}, the plate itself by {trivial:.3}, the next lamp's by {swapped:.3}");
     assert!(found < 0.6 * trivial, "{found}, {trivial}");
     assert!(found < 0.5 * swapped, "{found}, {swapped}");
 
@@ -116,9 +110,7 @@ fn a_portrait_learns_one_pose_in_every_light_and_follows_the_light() {
     // Light of the plate.
     let truth = Shares::new(&poses.interview, &poses.levels());
     let seen = learnt.source(&frame).unwrap();
-    let off: f32 = (seen.iter().flatten().zip(&truth.roots))
-        .map(|(share, root)| (share.sqrt() - root).abs())
-        .sum();
+    let off: f32 = (seen.iter().flatten().zip(&truth.roots)).map(|(share, root)| (share.sqrt() - root).abs()).sum();
     let mean = off / truth.roots.len() as f32;
     println!("the interview's light is off by {mean:.3}");
     assert!(mean < 0.1, "{mean}");
@@ -136,10 +128,7 @@ fn one_seed_gives_one_network_on_the_cpu() {
     let patches = || PatchStyle::learn(&poses, &lights, &effort(3), &device, &silent).unwrap();
     let portrait = || Portrait::learn(&poses, &effort(3), &device, &silent).unwrap();
     assert_eq!(patches().relit(&frame).unwrap(), patches().relit(&frame).unwrap());
-    assert_eq!(
-        portrait().relit(&frame, &lights).unwrap(),
-        portrait().relit(&frame, &lights).unwrap()
-    );
+    assert_eq!(portrait().relit(&frame, &lights).unwrap(), portrait().relit(&frame, &lights).unwrap());
 }
 
 #[test]

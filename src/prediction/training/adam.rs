@@ -1,8 +1,6 @@
 //! The optimiser.
 
-use burn::optim::{
-    AdamState, AdaptiveMomentumState, LearningRate, Optimizer, RecordState, StateSink, StateSource,
-};
+use burn::optim::{AdamState, AdaptiveMomentumState, LearningRate, Optimizer, RecordState, StateSink, StateSource};
 use burn::tensor::{Device, Tensor};
 use reflectance::kernels;
 
@@ -47,16 +45,14 @@ impl Optimizer for Adam {
     ) -> (Tensor<D>, Option<Self::State<D>>) {
         if !kernels::serve(&parameter) {
             let state = state.map(|moments| moments.0);
-            let (parameter, state) =
-                (self.elsewhere).step(learning_rate, parameter, gradient, state);
+            let (parameter, state) = (self.elsewhere).step(learning_rate, parameter, gradient, state);
             return (parameter, state.map(Moments));
         }
         let (time, moments) = match state.map(|moments| moments.0.momentum) {
             Some(m) => (m.time + 1, [m.moment_1, m.moment_2]),
             None => (1, [(); 2].map(|()| gradient.zeros_like())),
         };
-        let (parameter, [first, second]) =
-            kernels::adam(parameter, gradient, moments, learning_rate, time);
+        let (parameter, [first, second]) = kernels::adam(parameter, gradient, moments, learning_rate, time);
         let state = AdamState::new(AdaptiveMomentumState::new(time, first, second));
         (parameter, Some(Moments(state)))
     }

@@ -5,19 +5,10 @@ use burn::tensor::{Tensor, ops::PadMode};
 use imaging::Raster;
 
 /// A picture enlarged by `factor` about its middle, by bilinear interpolation; new pixels are `outside`.
-pub fn zoom<T: Copy>(
-    picture: &Raster<T>,
-    factor: f32,
-    outside: T,
-    mix: impl Fn(T, T, f32) -> T,
-) -> Raster<T> {
+pub fn zoom<T: Copy>(picture: &Raster<T>, factor: f32, outside: T, mix: impl Fn(T, T, f32) -> T) -> Raster<T> {
     let (w, h) = (picture.width as i64, picture.height as i64);
     let at = |x: i64, y: i64| {
-        if (0..w).contains(&x) && (0..h).contains(&y) {
-            picture.at(x as usize, y as usize)
-        } else {
-            outside
-        }
+        if (0..w).contains(&x) && (0..h).contains(&y) { picture.at(x as usize, y as usize) } else { outside }
     };
     // Pixel centres lie at halves.
     let source = |i: usize, length: i64| {
@@ -58,8 +49,7 @@ mod tests {
 
     #[test]
     fn a_shift_moves_pixels_and_lets_black_in() {
-        let x = Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &Device::flex())
-            .reshape([1, 1, 2, 3]);
+        let x = Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &Device::flex()).reshape([1, 1, 2, 3]);
         let values = |x: Tensor<4>| x.into_data().try_to_vec::<f32>().unwrap();
         assert_eq!(values(shift(x.clone(), 1, 0)), [0.0, 1.0, 2.0, 0.0, 4.0, 5.0]);
         assert_eq!(values(shift(x.clone(), -1, 1)), [0.0, 0.0, 0.0, 2.0, 3.0, 0.0]);

@@ -32,9 +32,7 @@ struct Blender {
 
 impl ModuleMapper for Blender {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let Some(live) = self.live.pop_front() else {
-            return param;
-        };
+        let Some(live) = self.live.pop_front() else { return param };
         param.map(|average| {
             let live = live.reshape(average.dims());
             kernels::follow(average, live, self.keep)

@@ -68,9 +68,7 @@ fn named(number: u64, reason: Reason, step: u64) -> String {
 /// Number and reason from a folder's name; `None` for names not made by [`named`].
 fn parsed(name: &str) -> Option<(u64, Reason)> {
     let parts: Vec<&str> = name.split('-').collect();
-    let [number, reason, step] = parts[..] else {
-        return None;
-    };
+    let [number, reason, step] = parts[..] else { return None };
     let reason = match reason {
         "step" => Reason::Automatic,
         "aside" => Reason::SetAside,
@@ -194,10 +192,7 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     let found = kept.iter().find(|kept| kept.name == wanted);
     let Some(found) = found.or_else(|| kept.iter().find(by_step)) else {
         return Err(Error::missing(
-            format!(
-                "no checkpoint in {} has the step or the name {wanted}",
-                folder(project).display()
-            ),
+            format!("no checkpoint in {} has the step or the name {wanted}", folder(project).display()),
             ("Choose an existing one", "afterlight checkpoints PROJECT lists them"),
         ));
     };

@@ -148,12 +148,7 @@ impl Preset {
                 checkpoint_seconds: 30.0,
                 recompute: false,
             },
-            Self::FastGpu => TrainingConfig {
-                width: 32,
-                most_channels: 256,
-                averaging: 0.999,
-                ..Self::Quick.config()
-            },
+            Self::FastGpu => TrainingConfig { width: 32, most_channels: 256, averaging: 0.999, ..Self::Quick.config() },
             Self::Paper => TrainingConfig {
                 depth: None,
                 width: 32,
@@ -204,8 +199,7 @@ impl TrainingConfig {
                 "Write it as key=value, such as width=32; docs/method.md lists the settings",
             )
         };
-        let (key, value) =
-            setting.split_once('=').ok_or_else(|| refuse("it has no =".to_owned()))?;
+        let (key, value) = setting.split_once('=').ok_or_else(|| refuse("it has no =".to_owned()))?;
         let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
         if value == "none" {
             table.remove(key);
@@ -215,8 +209,7 @@ impl TrainingConfig {
             let parsed = parsed.ok().and_then(|mut table| table.remove("v"));
             table.insert(key.to_owned(), parsed.unwrap_or_else(quoted));
         }
-        let changed: Self =
-            table.try_into().map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
+        let changed: Self = table.try_into().map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
         changed.check().map_err(refuse)?;
         *self = changed;
         Ok(())
@@ -257,9 +250,7 @@ impl TrainingConfig {
         ];
         // NaN is in no range.
         match ranges.into_iter().find(|(_, number, range)| !range.contains(number)) {
-            Some((name, _, range)) => {
-                Err(format!("{name} must be from {} to {}", range.start(), range.end()))
-            }
+            Some((name, _, range)) => Err(format!("{name} must be from {} to {}", range.start(), range.end())),
             None => Ok(()),
         }
     }
@@ -272,13 +263,7 @@ mod tests {
     #[test]
     fn a_setting_is_changed_by_its_name() {
         let mut config = Preset::Quick.config();
-        for setting in [
-            "width=32",
-            "normalization=batch",
-            "learning-rate=2e-3",
-            "features=vgg.pth",
-            "minutes=none",
-        ] {
+        for setting in ["width=32", "normalization=batch", "learning-rate=2e-3", "features=vgg.pth", "minutes=none"] {
             config.set(setting).unwrap();
         }
         let expected = TrainingConfig {
@@ -317,9 +302,7 @@ mod tests {
             let range = format!("{} must be from ", beside(setting));
             assert!(refused.contains(&range), "{refused}");
         }
-        for setting in
-            ["widht=32", "width", "width=wide", "width=-1", "width=none", "normalization=layer"]
-        {
+        for setting in ["widht=32", "width", "width=wide", "width=-1", "width=none", "normalization=layer"] {
             let refused = config.set(setting).unwrap_err().to_string();
             assert!(refused.contains(setting), "{refused}");
         }

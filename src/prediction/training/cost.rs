@@ -41,8 +41,7 @@ impl TrainingConfig {
         // The network, the one that trains, and the optimiser's two moments; with a held-out pose the average too.
         let networks = if held_out > 0 { 5 } else { 4 };
         let checkpoint = 4 * networks * self.network(project).cost().parameters;
-        let saves =
-            seconds.map(|seconds| (seconds / self.checkpoint_seconds.max(1.0)).ceil() as u64);
+        let saves = seconds.map(|seconds| (seconds / self.checkpoint_seconds.max(1.0)).ceil() as u64);
         DiskCost { checkpoint, most: checkpoints::most_bytes(saves, checkpoint) }
     }
 
@@ -90,11 +89,7 @@ impl TrainingConfig {
         let multiply_adds = self.network(project).cost().multiply_adds;
         let limit = self.minutes.map(|minutes| 60.0 * minutes);
         let Some(pace) = pace else {
-            return RunCost {
-                seconds: limit,
-                steps: limit.is_none().then_some(scheduled),
-                timed: false,
-            };
+            return RunCost { seconds: limit, steps: limit.is_none().then_some(scheduled), timed: false };
         };
         let ratio = multiply_adds as f64 / pace.multiply_adds.max(1) as f64;
         let step = (pace.seconds_per_step * ratio).max(1e-9);

@@ -10,8 +10,7 @@ use imaging::{Image, Mask};
 use project::Project;
 use rayon::prelude::*;
 use reflectance::render::{
-    RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
-    tensor_from_weights,
+    RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
 };
 use reflectance::{Formulation, UNetConfig};
 
@@ -127,8 +126,7 @@ impl TrainingData {
                 if factor == 1.0 && !distances.is_empty() {
                     break;
                 }
-                distances
-                    .push(sample((zoomed_exemplar(&exemplar, factor), zoomed(&plate, factor))));
+                distances.push(sample((zoomed_exemplar(&exemplar, factor), zoomed(&plate, factor))));
             }
             distances
         });
@@ -156,19 +154,14 @@ impl TrainingData {
             Tensor::random(shape, Distribution::Uniform(0.05, 0.9), device)
         };
         let linear = noise(1, 3);
-        let plate =
-            Plate { encoded: encode(linear.clone()), mask: noise(1, 1).ones_like(), linear };
-        let sample =
-            TrainingSample { plate: plate.clone(), encoded_olats: noise(network.lamps, 3) };
+        let plate = Plate { encoded: encode(linear.clone()), mask: noise(1, 1).ones_like(), linear };
+        let sample = TrainingSample { plate: plate.clone(), encoded_olats: noise(network.lamps, 3) };
         Self {
             exemplars: vec![vec![sample]; POSES],
             held_out: None,
             frames: vec![plate; FRAMES],
             frame_numbers: (0..FRAMES).collect(),
-            weights: tensor_from_weights(
-                &vec![[1.0 / network.lamps as f32; 3]; network.lamps],
-                device,
-            ),
+            weights: tensor_from_weights(&vec![[1.0 / network.lamps as f32; 3]; network.lamps], device),
             scale: 1.0,
             olat_gain: 1.0,
             mean_output: 0.4,
@@ -178,17 +171,11 @@ impl TrainingData {
     /// Total bytes of the pictures.
     pub fn bytes(&self) -> u64 {
         let plate = |plate: &Plate| {
-            [&plate.linear, &plate.encoded, &plate.mask]
-                .iter()
-                .map(|x| x.shape().num_elements())
-                .sum::<usize>()
+            [&plate.linear, &plate.encoded, &plate.mask].iter().map(|x| x.shape().num_elements()).sum::<usize>()
         };
-        let sample = |sample: &TrainingSample| {
-            plate(&sample.plate) + sample.encoded_olats.shape().num_elements()
-        };
+        let sample = |sample: &TrainingSample| plate(&sample.plate) + sample.encoded_olats.shape().num_elements();
         let samples = self.exemplars.iter().flatten().chain(&self.held_out);
-        let values =
-            samples.map(sample).sum::<usize>() + self.frames.iter().map(plate).sum::<usize>();
+        let values = samples.map(sample).sum::<usize>() + self.frames.iter().map(plate).sum::<usize>();
         4 * values as u64
     }
 }
@@ -201,9 +188,7 @@ impl Plate {
 }
 
 fn zoomed(image: &Image, factor: f32) -> Image {
-    super::augment::zoom(image, factor, [0.0; 3], |a, b, f| {
-        std::array::from_fn(|c| a[c] + f * (b[c] - a[c]))
-    })
+    super::augment::zoom(image, factor, [0.0; 3], |a, b, f| std::array::from_fn(|c| a[c] + f * (b[c] - a[c])))
 }
 
 fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
@@ -216,17 +201,11 @@ fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
 }
 
 /// Pairs of OLAT and plate at every fourth pixel of the subject, for all lamps and channels.
-fn sample_subject<'a>(
-    exemplar: &'a Exemplar,
-    plate: &'a Image,
-) -> impl Iterator<Item = (f32, f32)> + 'a {
+fn sample_subject<'a>(exemplar: &'a Exemplar, plate: &'a Image) -> impl Iterator<Item = (f32, f32)> + 'a {
     let mask = &exemplar.mask.pixels;
     let subject: Vec<usize> = (0..mask.len()).filter(|&i| mask[i] > 0.9).step_by(4).collect();
     exemplar.olats.iter().flat_map(move |olat| {
-        subject
-            .clone()
-            .into_iter()
-            .flat_map(move |i| (0..3).map(move |c| (olat.pixels[i][c], plate.pixels[i][c])))
+        subject.clone().into_iter().flat_map(move |i| (0..3).map(move |c| (olat.pixels[i][c], plate.pixels[i][c])))
     })
 }
 

@@ -20,9 +20,7 @@ fn fill(path: &Path) {
 
 #[test]
 fn a_training_waits_for_room_and_loses_nothing() {
-    let Some(disk) = SmallDisk::mount(6144) else {
-        return;
-    };
+    let Some(disk) = SmallDisk::mount(6144) else { return };
     let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
     let shoot = TestShoot { frames: 2, lamps: 4, working_size: 16, ..TestShoot::default() };
     let root = disk.0.path().join("project");
@@ -81,7 +79,5 @@ fn a_training_waits_for_room_and_loses_nothing() {
     let log = std::fs::read_to_string(root.join("training.csv")).unwrap();
     let last: Vec<&str> = log.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     let new = (before.steps + 1..=after.steps).map(|step| step.to_string());
-    assert!(
-        last.ends_with(&new.collect::<Vec<_>>().iter().map(String::as_str).collect::<Vec<_>>())
-    );
+    assert!(last.ends_with(&new.collect::<Vec<_>>().iter().map(String::as_str).collect::<Vec<_>>()));
 }

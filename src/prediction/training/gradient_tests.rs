@@ -22,8 +22,7 @@ fn tensor<const D: usize>(values: &[f64], shape: [usize; D]) -> Tensor<D> {
 /// Pseudo-random values in `[0, 1)`.
 fn noise(count: usize, seed: u64) -> Vec<f64> {
     let value = |i: u64| {
-        let mixed =
-            (i + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ seed.wrapping_mul(0xD6E8_FEB8_6659_FD93);
+        let mixed = (i + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ seed.wrapping_mul(0xD6E8_FEB8_6659_FD93);
         (mixed.wrapping_mul(0xFF51_AFD7_ED55_8CCD) >> 11) as f64 / (1u64 << 53) as f64
     };
     (0..count as u64).map(value).collect()
@@ -122,13 +121,7 @@ fn the_norm_at_and_near_zero_error() {
             olats: Some(&encode(plate.clone())),
             plate: &plate.zeros_like(),
             weights: &zero,
-            settings: LossSettings {
-                gain: 1.0,
-                shift: [0, 0],
-                reconstruction: 1.0,
-                rendering: 0.0,
-                logits: false,
-            },
+            settings: LossSettings { gain: 1.0, shift: [0, 0], reconstruction: 1.0, rendering: 0.0, logits: false },
         };
         Criterion::default().losses(output, &with, None, None).0
     };

@@ -112,9 +112,7 @@ pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
 
 /// A line of the log of steps; None if it is malformed.
 fn point(fields: &[&str]) -> Option<LossPoint> {
-    let &[step, seconds, reconstruction, rendering, _, _, taken] = fields else {
-        return None;
-    };
+    let &[step, seconds, reconstruction, rendering, _, _, taken] = fields else { return None };
     taken.parse::<bool>().ok()?;
     // A step without a loss has an empty field; NaN and infinite losses are not drawn.
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
@@ -240,16 +238,11 @@ mod tests {
         let judged = format!("{HELD_OUT_HEADER}\n2,0.500,21.5\n3,0.750,2");
         std::fs::write(folder.path().join(HELD_OUT), judged).unwrap();
         let history = History::read(folder.path()).unwrap();
-        let read: Vec<_> = (history.points().iter())
-            .map(|p| (p.step, p.reconstruction, p.rendering, p.held_out_db))
-            .collect();
+        let read: Vec<_> =
+            (history.points().iter()).map(|p| (p.step, p.reconstruction, p.rendering, p.held_out_db)).collect();
         assert_eq!(
             read,
-            [
-                (1, Some(0.5), Some(0.25), None),
-                (2, None, Some(0.125), Some(21.5)),
-                (3, None, Some(0.0625), None)
-            ]
+            [(1, Some(0.5), Some(0.25), None), (2, None, Some(0.125), Some(21.5)), (3, None, Some(0.0625), None)]
         );
         assert_eq!(history.seconds_per_step(), Some(0.25));
     }

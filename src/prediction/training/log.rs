@@ -14,8 +14,7 @@ pub(super) const STEPS: &str = "training.csv";
 /// Scores on the held-out pose.
 pub(super) const HELD_OUT: &str = "held_out.csv";
 /// Column names of both.
-pub(super) const STEPS_HEADER: &str =
-    "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
+pub(super) const STEPS_HEADER: &str = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
 pub(super) const HELD_OUT_HEADER: &str = "step,seconds,decibels";
 
 /// A table that grows line by line.
@@ -36,9 +35,7 @@ impl Log {
     }
 
     fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
-        let fail = |e: std::io::Error| {
-            Error::io("write", &path, e, "Check that the folder can be written")
-        };
+        let fail = |e: std::io::Error| Error::io("write", &path, e, "Check that the folder can be written");
         if !fresh {
             remove_torn_line(&path).map_err(fail)?;
         }

@@ -64,13 +64,11 @@ impl Criterion {
             ..*with
         };
         let (mut total, parts) = match &mut self.features {
-            Some(features) => {
-                composed(output.clone(), with, lamps, |predicted, truth, pictures| {
-                    let name = |&picture| source.map(|source| PictureId { source, picture });
-                    let names: Option<Vec<PictureId>> = pictures.iter().map(name).collect();
-                    features.distance(predicted, truth, with.mask, names.as_deref())
-                })
-            }
+            Some(features) => composed(output.clone(), with, lamps, |predicted, truth, pictures| {
+                let name = |&picture| source.map(|source| PictureId { source, picture });
+                let names: Option<Vec<PictureId>> = pictures.iter().map(name).collect();
+                features.distance(predicted, truth, with.mask, names.as_deref())
+            }),
             None if kernels::serve(&output) && self.pixel <= 0.0 => {
                 return fused(output, with, lamps);
             }
@@ -104,9 +102,7 @@ fn per_lamp(output: Tensor<4>) -> Tensor<4> {
 
 /// Losses with the built-in features, by our kernels.
 fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
-    let (Some(lamps), Some(truth)) = (lamps, with.olats) else {
-        return kernels::losses(output, with);
-    };
+    let (Some(lamps), Some(truth)) = (lamps, with.olats) else { return kernels::losses(output, with) };
     let [_, _, h, w] = output.dims();
     let sampled = rows(per_lamp(output.clone()), lamps).reshape([1, 3 * lamps.len(), h, w]);
     let of_sampled = LossInputs {
@@ -181,10 +177,8 @@ fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) ->
         let [_, _, h, w] = difference.dims();
         let mut terms = norms(square_sum(difference.clone()), &values);
         if w > 1 && h > 1 {
-            let across =
-                difference.clone().narrow(3, 1, w - 1) - difference.clone().narrow(3, 0, w - 1);
-            let down =
-                difference.clone().narrow(2, 1, h - 1) - difference.clone().narrow(2, 0, h - 1);
+            let across = difference.clone().narrow(3, 1, w - 1) - difference.clone().narrow(3, 0, w - 1);
+            let down = difference.clone().narrow(2, 1, h - 1) - difference.clone().narrow(2, 0, h - 1);
             terms = terms + norms(square_sum(across) + square_sum(down), &values);
         }
         sum = Some(match sum {
@@ -218,28 +212,14 @@ mod tests {
     use reflectance::render::encode;
 
     /// Losses without our kernels.
-    fn by_operations(
-        output: Tensor<4>,
-        with: &LossInputs,
-        lamps: Option<&[usize]>,
-    ) -> (Tensor<1>, Tensor<1>) {
-        composed(output, with, lamps, |predicted, truth, _| {
-            feature_distance(predicted, truth, with.mask)
-        })
+    fn by_operations(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
+        composed(output, with, lamps, |predicted, truth, _| feature_distance(predicted, truth, with.mask))
     }
 
     /// Fused and composed losses of one output, with their gradients.
-    fn both_ways(
-        lamps: usize,
-        [h, w]: [usize; 2],
-        shift: [i64; 2],
-        with_olats: bool,
-        sampled: Option<&[usize]>,
-    ) {
+    fn both_ways(lamps: usize, [h, w]: [usize; 2], shift: [i64; 2], with_olats: bool, sampled: Option<&[usize]>) {
         let device = Device::flex().autodiff();
-        let random = |shape: [usize; 4]| {
-            Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device)
-        };
+        let random = |shape: [usize; 4]| Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device);
         let olats = random([lamps, 3, h, w]);
         let mask = augment::shift(random([1, 1, h, w]).round(), shift[0], shift[1]);
         let (plate, weights) = (random([1, 3, h, w]), random([lamps, 3, 1, 1]));
@@ -249,13 +229,7 @@ mod tests {
             olats: with_olats.then_some(&olats),
             plate: &plate,
             weights: &weights,
-            settings: kernels::LossSettings {
-                gain: 0.7,
-                shift,
-                reconstruction: 1.5,
-                rendering: 0.5,
-                logits: false,
-            },
+            settings: kernels::LossSettings { gain: 0.7, shift, reconstruction: 1.5, rendering: 0.5, logits: false },
         };
         let output = random([1, 3 * lamps, h, w]).require_grad();
         let values = |losses: (Tensor<1>, Tensor<1>)| {
@@ -374,8 +348,7 @@ mod tests {
 
     #[test]
     fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
-        for (predicted, truth) in
-            [(0.0, 0.0), (0.3, 0.3), (0.0, 1.0), (1.0, 0.0), (1e4, 1e4), (1e4, 0.0), (-0.1, 0.0)]
+        for (predicted, truth) in [(0.0, 0.0), (0.3, 0.3), (0.0, 1.0), (1.0, 0.0), (1e4, 1e4), (1e4, 0.0), (-0.1, 0.0)]
         {
             let (loss, gradient) = distance(predicted, truth);
             assert!(loss.is_finite(), "{predicted} against {truth}");

@@ -80,13 +80,7 @@ impl Monitor {
 
     /// Reports the state of the run after step `report`, if a report is due or the held-out pose was scored; `dead` are
     /// the lamps whose outputs have died.
-    pub fn report(
-        &mut self,
-        trainer: &Trainer,
-        report: &StepReport,
-        dead: &[usize],
-        progress: &Progress,
-    ) {
+    pub fn report(&mut self, trainer: &Trainer, report: &StepReport, dead: &[usize], progress: &Progress) {
         let due = self.reported.is_none_or(|reported| reported.elapsed() >= POINT_INTERVAL);
         if !due && self.held_out_db.is_none() {
             return;
@@ -121,9 +115,7 @@ impl Monitor {
         if self.steps != FIRST_STEPS {
             return;
         }
-        let Some(step) = self.step_seconds else {
-            return;
-        };
+        let Some(step) = self.step_seconds else { return };
         let info = trainer.info();
         let left = trainer.schedule.steps().saturating_sub(info.step);
         let by_steps = left as f64 * step;
@@ -157,8 +149,7 @@ impl Monitor {
     fn pictures(&mut self, trainer: &Trainer) -> Option<TrainingPictures> {
         let (pose, sample) = trainer.shown_sample();
         let info = trainer.info();
-        let prediction =
-            PosePrediction::new(&trainer.average, info, sample, trainer.data.olat_gain);
+        let prediction = PosePrediction::new(&trainer.average, info, sample, trainer.data.olat_gain);
         let truth = match &self.truth {
             Some(truth) => truth.clone(),
             None => Arc::new(prediction.truth_bytes()?),

@@ -23,14 +23,7 @@ fn project(folder: &Path) -> (Project, Calibration) {
 
 fn settings(config: TrainingConfig) -> TrainSettings {
     TrainSettings {
-        config: TrainingConfig {
-            width: 16,
-            most_channels: 16,
-            minutes: None,
-            decay: false,
-            warm_up: 0,
-            ..config
-        },
+        config: TrainingConfig { width: 16, most_channels: 16, minutes: None, decay: false, warm_up: 0, ..config },
         exclude_frames: Vec::new(),
         hold_out: None,
         fresh: false,
@@ -134,8 +127,7 @@ fn lamps_that_are_black_or_14_stops_down_cost_no_step() {
             ("all 14 stops down", [2f32.powi(-14); 6]),
             ("black, dark and lit", [0.0, 2f32.powi(-14), 1.0, 0.0, 2f32.powi(-14), 1.0]),
         ] {
-            let mut trainer =
-                Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+            let mut trainer = Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
             let factors = Tensor::<1>::from_floats(lamps, &device.clone().autodiff());
             let factors = factors.reshape([6, 1, 1, 1]);
             for sample in trainer.data.exemplars.iter_mut().flatten() {
@@ -175,15 +167,12 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
         epochs: 9,
         ..quick()
     });
-    let mut trainer =
-        Trainer::new(&project, &calibration, &settings, &Device::flex(), &Progress::silent())
-            .unwrap();
+    let mut trainer = Trainer::new(&project, &calibration, &settings, &Device::flex(), &Progress::silent()).unwrap();
     let report = trainer.step(0.0);
     let losses = [report.reconstruction, report.rendering];
     assert!(losses.iter().flatten().all(|loss| loss.is_finite()));
     assert!(!report.gradient_norm.is_finite() && !report.taken, "{report:?}");
-    let said =
-        train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().to_string();
+    let said = train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().to_string();
     assert!(said.contains("3 steps in a row had losses that are not finite"), "{said}");
     test_support::shown!(
         Network,
@@ -202,8 +191,7 @@ fn weights_that_are_not_finite_are_never_saved() {
     let before = contents(&project.checkpoint_path());
     // Saved after each step, or only at the end.
     for (learning_rate, checkpoint_seconds) in [(1e30, 0.0), (1e30, 1e9), (f64::NAN, 0.0)] {
-        let wild =
-            settings(TrainingConfig { learning_rate, checkpoint_seconds, epochs: 2, ..quick() });
+        let wild = settings(TrainingConfig { learning_rate, checkpoint_seconds, epochs: 2, ..quick() });
         let said = train(&project, &calibration, &wild, &silent).unwrap_err().to_string();
         assert!(said.contains("The last checkpoint is kept"), "{said}");
         assert!(contents(&project.checkpoint_path()) == before);
@@ -225,11 +213,7 @@ fn the_best_network_stays_as_it_was_validated() {
     let (project, calibration) = project(folder.path());
     let settings = TrainSettings {
         hold_out: Some(0),
-        ..settings(TrainingConfig {
-            normalization: Normalization::Batch,
-            statistics: Statistics::Running,
-            ..quick()
-        })
+        ..settings(TrainingConfig { normalization: Normalization::Batch, statistics: Statistics::Running, ..quick() })
     };
     let (device, silent) = (Device::flex(), Progress::silent());
     let mut trainer = Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();

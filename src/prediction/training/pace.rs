@@ -35,11 +35,7 @@ impl TrainingConfig {
     /// whole, so it may be some steps more.
     #[must_use]
     pub fn for_steps(self, steps: u64, poses: usize, frames: usize) -> Self {
-        Self {
-            epochs: Schedule::new(&self, poses, frames, 0).epochs_of(steps),
-            minutes: None,
-            ..self
-        }
+        Self { epochs: Schedule::new(&self, poses, frames, 0).epochs_of(steps), minutes: None, ..self }
     }
 }
 

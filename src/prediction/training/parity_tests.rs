@@ -23,15 +23,11 @@ const LEARNING_RATE: f64 = 1e-3;
 
 #[test]
 fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
-    let Some(python) = test_support::python(&["torch", "safetensors"]) else {
-        return;
-    };
+    let Some(python) = test_support::python(&["torch", "safetensors"]) else { return };
     let script = test_support::repository("tests/peers/unet.py");
-    for (name, normalization) in [
-        ("group", Normalization::Group),
-        ("batch", Normalization::Batch),
-        ("none", Normalization::None),
-    ] {
+    for (name, normalization) in
+        [("group", Normalization::Group), ("batch", Normalization::Batch), ("none", Normalization::None)]
+    {
         let folder = tempfile::tempdir().unwrap();
         let made = Command::new(&python)
             .arg(&script)
@@ -59,11 +55,7 @@ fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
 /// Output and all gradients, in bf16 beside f32.
 #[test]
 fn gradients_by_factors_of_bf16_are_those_in_f32_within_their_rounding() {
-    if !test_support::require(
-        Need::Bf16,
-        kernels::has_bf16(),
-        "the processor does not multiply bf16",
-    ) {
+    if !test_support::require(Need::Bf16, kernels::has_bf16(), "the processor does not multiply bf16") {
         return;
     }
     let device = Device::flex().autodiff();
@@ -119,10 +111,7 @@ fn gradients_by_factors_of_bf16_are_those_in_f32_within_their_rounding() {
         }
         let share = (apart / whole).sqrt();
         println!("{normalization:?}: {share:.1e}");
-        assert!(
-            share <= BF16,
-            "{normalization:?}: all gradients differ by {share:.1e} of their norm"
-        );
+        assert!(share <= BF16, "{normalization:?}: all gradients differ by {share:.1e} of their norm");
     }
 }
 
@@ -185,13 +174,7 @@ fn compare_all(folder: &Path, config: &UNetConfig) {
             olats: Some(&target.clone().inner().reshape([lamps, 3, h, w])),
             plate: &tensor("input").inner(),
             weights: &Tensor::full([lamps, 3, 1, 1], 1.0 / lamps as f32, &plain),
-            settings: LossSettings {
-                gain: 1.0,
-                shift: [0; 2],
-                reconstruction: 1.0,
-                rendering: 1.0,
-                logits: true,
-            },
+            settings: LossSettings { gain: 1.0, shift: [0; 2], reconstruction: 1.0, rendering: 1.0, logits: true },
         },
     );
     let gradient = logits.grad(&total.backward()).unwrap();

@@ -106,9 +106,7 @@ impl PosePrediction {
         let slopes = mean(self.outputs.clone() * (self.outputs.clone().neg() + 1.0))?;
         let errors = mean((self.predicted.clone() - self.truth.clone()).abs())?;
         let levels = mean(self.truth.clone())?;
-        let dead = |&l: &usize| {
-            slopes[l] < DEAD_SLOPE && levels[l] > LIT && errors[l] > DEAD_ERROR * levels[l]
-        };
+        let dead = |&l: &usize| slopes[l] < DEAD_SLOPE && levels[l] > LIT && errors[l] > DEAD_ERROR * levels[l];
         Some((0..lamps).filter(dead).collect())
     }
 }
@@ -159,10 +157,8 @@ mod tests {
             let (x, y) = (i % side, i / side % side);
             (i / (side * side) + x / 2 + y / 2) % 2 == 1
         };
-        let values: Vec<f32> =
-            (0..6 * side * side).map(|i| if lit(i) { white } else { 0.0 }).collect();
-        let picture =
-            Tensor::<1>::from_floats(values.as_slice(), &device).reshape([2, 3, side, side]);
+        let values: Vec<f32> = (0..6 * side * side).map(|i| if lit(i) { white } else { 0.0 }).collect();
+        let picture = Tensor::<1>::from_floats(values.as_slice(), &device).reshape([2, 3, side, side]);
         let mut mask = vec![1.0f32; side * side];
         mask[..2 * side].fill(0.0);
         let prediction = PosePrediction {
@@ -172,8 +168,7 @@ mod tests {
             mask: Tensor::<1>::from_floats(mask.as_slice(), &device).reshape([1, 1, side, side]),
         };
         assert_eq!(prediction.picture_size(), [PICTURE_PX; 2]);
-        let (predicted, truth) =
-            (prediction.predicted_bytes().unwrap(), prediction.truth_bytes().unwrap());
+        let (predicted, truth) = (prediction.predicted_bytes().unwrap(), prediction.truth_bytes().unwrap());
         assert_eq!(predicted.len(), 2 * PICTURE_PX * PICTURE_PX * 3);
         for (i, (&p, &t)) in predicted.iter().zip(&truth).enumerate() {
             let (c, x) = (i % 3, i / 3 % PICTURE_PX);

@@ -171,18 +171,13 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         self.bad_steps += 1;
-        self.progress.say(format!(
-            "Step {} was skipped: a loss or gradient was NaN or infinite",
-            self.trainer.info.step
-        ));
+        self.progress
+            .say(format!("Step {} was skipped: a loss or gradient was NaN or infinite", self.trainer.info.step));
         if self.bad_steps < MAX_BAD_STEPS {
             return Ok(());
         }
         Err(Error::invalid(
-            format!(
-                "training stopped: {} steps in a row had losses that are not finite",
-                self.bad_steps
-            ),
+            format!("training stopped: {} steps in a row had losses that are not finite", self.bad_steps),
             "The last checkpoint is kept. Check the pictures for blown-out or empty exemplars",
         ))
     }
@@ -201,16 +196,11 @@ impl<'a> Run<'a> {
 
     /// Scores the network on the held-out pose, if there is one.
     fn validate(&mut self) -> Result<()> {
-        let Some(decibels) = self.trainer.validate() else {
-            return Ok(());
-        };
+        let Some(decibels) = self.trainer.validate() else { return Ok(()) };
         self.losses.held_out = Some(decibels);
         self.monitor.validated(decibels);
         let (progress, info) = (self.progress, self.trainer.info());
-        self.logs
-            .held_out
-            .iter_mut()
-            .try_for_each(|log| progress.retry(|| log.held_out_score(info, decibels)))
+        self.logs.held_out.iter_mut().try_for_each(|log| progress.retry(|| log.held_out_score(info, decibels)))
     }
 
     /// Writes the checkpoint and keeps it in the list.
@@ -330,8 +320,7 @@ struct SmoothedLosses {
 
 impl SmoothedLosses {
     fn add(&mut self, report: &StepReport) {
-        let smooth =
-            |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
+        let smooth = |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
         if let Some(rendering) = report.rendering {
             self.rendering = smooth(self.rendering, rendering);
         }
@@ -342,11 +331,7 @@ impl SmoothedLosses {
 
     fn note(&self, step: u64) -> String {
         let show = |loss: Option<f32>| loss.map_or("–".to_owned(), |l| format!("{l:.4}"));
-        let mut note = format!(
-            "step {step}, OLATs {}, relit {}",
-            show(self.reconstruction),
-            show(self.rendering)
-        );
+        let mut note = format!("step {step}, OLATs {}, relit {}", show(self.reconstruction), show(self.rendering));
         if let Some(decibels) = self.held_out {
             note += &format!(", held-out pose {decibels:.2} dB");
         }

@@ -52,9 +52,7 @@ impl Schedule {
         let round = u64::from(self.exemplar_epochs + self.video_epochs);
         let (rounds, rest) = (u64::from(self.epochs) / round, u64::from(self.epochs) % round);
         let exemplar = rest.min(u64::from(self.exemplar_epochs));
-        rounds * self.round_steps()
-            + exemplar * self.poses as u64
-            + (rest - exemplar) * self.frames_per_epoch as u64
+        rounds * self.round_steps() + exemplar * self.poses as u64 + (rest - exemplar) * self.frames_per_epoch as u64
     }
 
     /// Fewest epochs with this many steps; at least 1.
@@ -79,13 +77,10 @@ impl Schedule {
         let epochs = u64::from(self.exemplar_epochs + self.video_epochs);
         if within < exemplar_steps {
             let (epoch, place) = (within / self.poses as u64, within % self.poses as u64);
-            SampleSource::Exemplar {
-                pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize],
-            }
+            SampleSource::Exemplar { pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize] }
         } else {
             let per_epoch = self.frames_per_epoch as u64;
-            let (epoch, place) =
-                ((within - exemplar_steps) / per_epoch, (within - exemplar_steps) % per_epoch);
+            let (epoch, place) = ((within - exemplar_steps) / per_epoch, (within - exemplar_steps) % per_epoch);
             let epoch = round * epochs + u64::from(self.exemplar_epochs) + epoch;
             SampleSource::Frame { frame: self.shuffled(epoch, self.frames)[place as usize] }
         }

@@ -178,11 +178,8 @@ impl Trainer {
         let input = network_input(input, plate.mask.clone());
         let steadies = self.config.steadiness > 0.0 && olats.is_none();
         let logits = !steadies && serve(&input) && self.criterion.takes_logits();
-        let output = if logits {
-            self.live.logits(input.clone(), alone)
-        } else {
-            self.live.forward_lamps(input.clone(), alone)
-        };
+        let output =
+            if logits { self.live.logits(input.clone(), alone) } else { self.live.forward_lamps(input.clone(), alone) };
         let unsteady = steadies.then(|| {
             let (dx, dy) = self.schedule.shift(step, STEADY_SHIFT);
             let moved = |x: Tensor<4>| augment::shift(x, dx, dy);
@@ -259,8 +256,7 @@ impl Trainer {
     /// held out, or the device fails.
     pub fn validate(&mut self) -> Option<f32> {
         let (pose, sample) = (self.hold_out?, self.data.held_out.as_ref()?);
-        let prediction =
-            PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
+        let prediction = PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
         let decibels = prediction.decibels()?;
         if self.info.held_out.is_none_or(|best| best.decibels < decibels) {
             // A clone would share its running statistics with the average, which continues.
@@ -317,10 +313,8 @@ impl Trainer {
 
     /// Writes the checkpoint.
     pub fn save(&self, project: &Project) -> Result<()> {
-        let optimizer = self
-            .optimizer
-            .into_bytes()
-            .map_err(|e| Error::bug(format!("cannot pack the optimiser's state: {e}")))?;
+        let optimizer =
+            self.optimizer.into_bytes().map_err(|e| Error::bug(format!("cannot pack the optimiser's state: {e}")))?;
         let average = self.best.is_some().then_some(&self.average);
         let state = TrainingState {
             average_weights: average.map(checkpoint::weight_bytes).transpose()?,
@@ -377,14 +371,8 @@ impl Start {
         }
     }
 
-    fn resumed(
-        folder: &Path,
-        data: &TrainingData,
-        hold_out: Option<usize>,
-        device: &Device,
-    ) -> Result<Self> {
-        let Resumed { mut info, best, average, live, optimizer: moments } =
-            checkpoint::load_training(folder, device)?;
+    fn resumed(folder: &Path, data: &TrainingData, hold_out: Option<usize>, device: &Device) -> Result<Self> {
+        let Resumed { mut info, best, average, live, optimizer: moments } = checkpoint::load_training(folder, device)?;
         info.training_frames.extend(&data.frame_numbers);
         info.training_frames.sort_unstable();
         info.training_frames.dedup();
@@ -395,9 +383,9 @@ impl Start {
         let optimizer = ModuleOptimizer::from(Adam::default());
         let optimizer = match moments {
             None => optimizer,
-            Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
-                Error::codec("read the optimiser's state in", folder, e, ("Start over", "--fresh"))
-            })?,
+            Some(moments) => optimizer
+                .from_bytes(moments)
+                .map_err(|e| Error::codec("read the optimiser's state in", folder, e, ("Start over", "--fresh")))?,
         };
         Ok(Self { best: info.held_out.is_some().then_some(best), info, live, average, optimizer })
     }
@@ -411,11 +399,7 @@ fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Re
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "{} holds a different network: {}",
-            folder.display(),
-            info.network.differences(network)
-        ),
+        format!("{} holds a different network: {}", folder.display(), info.network.differences(network)),
         ("Continue with its original settings, or start over", "--fresh"),
     ))
 }

@@ -141,9 +141,7 @@ impl Target<'_> {
     fn followed<'a>(&self, alone: &'a Alone) -> Followed<'a> {
         let motion = self.moved(self.offsets(&self.contrast, &alone.contrast));
         let unlike = self.unlike(&motion.pulled(&alone.plate), &motion.pulled(&alone.frame.mask));
-        let median = |value: &dyn Fn(usize) -> f32| {
-            quantile(self.pixels.iter().map(|&p| value(p)).collect(), 0.5)
-        };
+        let median = |value: &dyn Fn(usize) -> f32| quantile(self.pixels.iter().map(|&p| value(p)).collect(), 0.5);
         let length = median(&|p| motion.offsets[p][0].hypot(motion.offsets[p][1]));
         let side = self.plate.width.max(self.plate.height) as f32;
         // A pose that jumps says nothing of the pose before.
@@ -158,10 +156,8 @@ impl Target<'_> {
         let (width, values) = (self.plate.width, 3 * stride);
         let weights = by_channel(self.lamps, self.weights);
         let mut olats = vec![0.0; self.pixels.len() * values];
-        olats
-            .par_chunks_mut((PIXELS * values).max(1))
-            .zip(self.pixels.par_chunks(PIXELS))
-            .for_each(|(olats, pixels)| {
+        olats.par_chunks_mut((PIXELS * values).max(1)).zip(self.pixels.par_chunks(PIXELS)).for_each(
+            |(olats, pixels)| {
                 let mut pulled = vec![0.0; values];
                 vectorized(
                     #[inline(always)]
@@ -188,7 +184,8 @@ impl Target<'_> {
                         }
                     },
                 );
-            });
+            },
+        );
         olats
     }
 }

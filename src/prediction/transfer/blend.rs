@@ -45,14 +45,12 @@ impl Target<'_> {
         let (width, height) = self.plate.size();
         let (lamps, stride) = (self.lamps.len(), self.lamps.stride);
         let mut values = vec![0.0; 3 * lamps * width * height];
-        values.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(
-            |(plane, out)| {
-                let at = plane % 3 * stride + plane / 3;
-                for (i, &p) in self.pixels.iter().enumerate() {
-                    out[p] = olats[i * 3 * stride + at];
-                }
-            },
-        );
+        values.par_chunks_exact_mut((width * height).max(1)).enumerate().for_each(|(plane, out)| {
+            let at = plane % 3 * stride + plane / 3;
+            for (i, &p) in self.pixels.iter().enumerate() {
+                out[p] = olats[i * 3 * stride + at];
+            }
+        });
         ReflectanceField { width, height, lamps, values }
     }
 
@@ -63,9 +61,8 @@ impl Target<'_> {
         let (count, stride) = (lamps.len(), lamps.stride);
         let weights = by_channel(lamps, self.weights);
         let values = 3 * stride;
-        let nearest: Vec<f32> = (0..count)
-            .map(|l| said.iter().map(|one| one.turned.nearest[l]).fold(f32::INFINITY, f32::min))
-            .collect();
+        let nearest: Vec<f32> =
+            (0..count).map(|l| said.iter().map(|one| one.turned.nearest[l]).fold(f32::INFINITY, f32::min)).collect();
         let near: Vec<Vec<f32>> = (said.iter())
             .map(|one| {
                 let angles = one.turned.nearest.iter().zip(&nearest);
@@ -96,9 +93,7 @@ impl Target<'_> {
                                     *below += like * near;
                                 }
                                 let roots = one.roots[i * values..][..values].chunks_exact(stride);
-                                let sums = out
-                                    .chunks_exact_mut(stride)
-                                    .zip(squares.chunks_exact_mut(stride));
+                                let sums = out.chunks_exact_mut(stride).zip(squares.chunks_exact_mut(stride));
                                 for ((out, squares), roots) in sums.zip(roots) {
                                     for (((out, square), root), near) in
                                         out.iter_mut().zip(squares).zip(roots).zip(near)
@@ -110,17 +105,12 @@ impl Target<'_> {
                                 }
                             }
                             let mut sum_of_spreads = 0.0;
-                            for (c, (out, squares)) in out
-                                .chunks_exact_mut(stride)
-                                .zip(squares.chunks_exact_mut(stride))
-                                .enumerate()
+                            for (c, (out, squares)) in
+                                out.chunks_exact_mut(stride).zip(squares.chunks_exact_mut(stride)).enumerate()
                             {
                                 let mut sum = 0.0;
-                                for (((out, square), below), weight) in out
-                                    .iter_mut()
-                                    .zip(squares.iter_mut())
-                                    .zip(&below)
-                                    .zip(&weights[c])
+                                for (((out, square), below), weight) in
+                                    out.iter_mut().zip(squares.iter_mut()).zip(&below).zip(&weights[c])
                                 {
                                     let below = below.max(f32::MIN_POSITIVE);
                                     let root = *out / below;
@@ -128,11 +118,8 @@ impl Target<'_> {
                                     *square = (*square / below - *out).max(0.0);
                                     sum += weight * *out;
                                 }
-                                let scale =
-                                    self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
-                                for ((out, square), lamp) in
-                                    out.iter_mut().zip(squares).zip(&mut lamp_spreads)
-                                {
+                                let scale = self.frame.plate.pixels[p][c].max(0.0) / sum.max(self.dark);
+                                for ((out, square), lamp) in out.iter_mut().zip(squares).zip(&mut lamp_spreads) {
                                     *out *= scale;
                                     let spread = scale * *square;
                                     sum_of_spreads += spread;
@@ -183,13 +170,8 @@ impl Target<'_> {
             near.iter_mut().for_each(|near| near[lamp] /= sum.max(f32::MIN_POSITIVE));
         }
         // Light is summed before it is pulled over, so an exemplar has one share in all lamps of a pixel.
-        let means: Vec<f32> = near
-            .iter()
-            .map(|near| near[..count].iter().sum::<f32>() / count.max(1) as f32)
-            .collect();
-        let sum = |p: usize| -> f32 {
-            said.iter().zip(&means).map(|(one, mean)| mean * one.like.pixels[p]).sum()
-        };
+        let means: Vec<f32> = near.iter().map(|near| near[..count].iter().sum::<f32>() / count.max(1) as f32).collect();
+        let sum = |p: usize| -> f32 { said.iter().zip(&means).map(|(one, mean)| mean * one.like.pixels[p]).sum() };
         let mut scale = vec![0.0; unlike.pixels.len()];
         for &p in &self.pixels {
             let known = 1.0 / (1.0 + (unlike.pixels[p] / UNKNOWN).powi(2));

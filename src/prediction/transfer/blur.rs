@@ -32,20 +32,17 @@ fn convolved(picture: &Raster<f32>, row: &[f32], column: &[f32]) -> Raster<f32> 
     let (width, height) = picture.size();
     let radius = row.len() / 2;
     let mut rows = vec![0.0; width * height];
-    rows.par_chunks_exact_mut(width).zip(picture.pixels.par_chunks_exact(width)).for_each(
-        |(out, pixels)| {
-            let padded: Vec<f32> =
-                (0..width + 2 * radius).map(|i| pixels[mirrored(i, radius, width)]).collect();
-            vectorized(
-                #[inline(always)]
-                || {
-                    for (k, weight) in row.iter().enumerate() {
-                        add_scaled(out, *weight, &padded[k..]);
-                    }
-                },
-            );
-        },
-    );
+    rows.par_chunks_exact_mut(width).zip(picture.pixels.par_chunks_exact(width)).for_each(|(out, pixels)| {
+        let padded: Vec<f32> = (0..width + 2 * radius).map(|i| pixels[mirrored(i, radius, width)]).collect();
+        vectorized(
+            #[inline(always)]
+            || {
+                for (k, weight) in row.iter().enumerate() {
+                    add_scaled(out, *weight, &padded[k..]);
+                }
+            },
+        );
+    });
     let radius = column.len() / 2;
     let mut pixels = vec![0.0; width * height];
     pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, out)| {

@@ -33,13 +33,8 @@ pub fn matched_contrast(light: &Raster<f32>, matte: &Mask, radius: f32) -> Raste
 
 /// The subject's bright level: a high quantile of its light.
 pub fn bright_level(light: &Raster<f32>, mask: &Mask) -> f32 {
-    let subject = light
-        .pixels
-        .iter()
-        .zip(&mask.pixels)
-        .filter(|(v, m)| **m > 0.5 && v.is_finite())
-        .map(|(v, _)| *v)
-        .collect();
+    let subject =
+        light.pixels.iter().zip(&mask.pixels).filter(|(v, m)| **m > 0.5 && v.is_finite()).map(|(v, _)| *v).collect();
     quantile(subject, BRIGHT)
 }
 
@@ -52,34 +47,19 @@ fn local_contrast(light: &Raster<f32>, inside: &Mask, bright: f32, radius: f32) 
     let log = light.map(|v| (v.max(black) / black).ln());
     let share = blur(inside, radius).map(|v| v.max(LEAST_SHARE));
     let mean = over(&blur(&times(&log, inside), radius), &share);
-    let rest = times(
-        &Raster {
-            pixels: log.pixels.iter().zip(&mean.pixels).map(|(l, m)| l - m).collect(),
-            ..log
-        },
-        inside,
-    );
+    let rest =
+        times(&Raster { pixels: log.pixels.iter().zip(&mean.pixels).map(|(l, m)| l - m).collect(), ..log }, inside);
     let variance = over(&blur(&times(&rest, &rest), radius), &share);
-    let code = |(rest, variance): (&f32, &f32)| {
-        (MEAN + DEVIATION * rest / (variance + 1e-3).sqrt()).clamp(0.0, 255.0)
-    };
+    let code = |(rest, variance): (&f32, &f32)| (MEAN + DEVIATION * rest / (variance + 1e-3).sqrt()).clamp(0.0, 255.0);
     Raster { pixels: rest.pixels.iter().zip(&variance.pixels).map(code).collect(), ..rest }
 }
 
 fn times(a: &Raster<f32>, b: &Raster<f32>) -> Raster<f32> {
-    Raster {
-        width: a.width,
-        height: a.height,
-        pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a * b).collect(),
-    }
+    Raster { width: a.width, height: a.height, pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a * b).collect() }
 }
 
 fn over(a: &Raster<f32>, b: &Raster<f32>) -> Raster<f32> {
-    Raster {
-        width: a.width,
-        height: a.height,
-        pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a / b).collect(),
-    }
+    Raster { width: a.width, height: a.height, pixels: a.pixels.iter().zip(&b.pixels).map(|(a, b)| a / b).collect() }
 }
 
 #[cfg(test)]
@@ -89,11 +69,8 @@ mod tests {
     #[test]
     fn light_and_shade_hardly_change_texture() {
         let size = 64;
-        let texture = Raster::from_fn(size, size, |x, y| {
-            0.4 + 0.2 * ((x as f32).sin() * (y as f32 * 0.7).cos())
-        });
-        let shaded =
-            Raster::from_fn(size, size, |x, y| texture.at(x, y) * (0.1 + x as f32 / size as f32));
+        let texture = Raster::from_fn(size, size, |x, y| 0.4 + 0.2 * ((x as f32).sin() * (y as f32 * 0.7).cos()));
+        let shaded = Raster::from_fn(size, size, |x, y| texture.at(x, y) * (0.1 + x as f32 / size as f32));
         let inside = Raster::filled(size, size, 1.0);
         let [a, b] = [texture, shaded].map(|light| local_contrast(&light, &inside, 0.6, 6.0));
         for (x, y) in (8..56).flat_map(|y| (16..56).map(move |x| (x, y))) {
@@ -119,12 +96,7 @@ mod tests {
     #[test]
     fn black_and_empty_pictures_are_flat() {
         for (light, matte) in [(0.0, 1.0), (0.5, 0.0), (0.0, 0.0)] {
-            let picture = local_contrast(
-                &Raster::filled(9, 5, light),
-                &Raster::filled(9, 5, matte),
-                0.0,
-                3.0,
-            );
+            let picture = local_contrast(&Raster::filled(9, 5, light), &Raster::filled(9, 5, matte), 0.0, 3.0);
             assert!(picture.pixels.iter().all(|v| (v - 128.0).abs() < 1e-2));
         }
     }

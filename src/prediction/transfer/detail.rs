@@ -109,14 +109,9 @@ impl PoseDetail {
         Self { side, pixels, codes: Vec::new(), scales: Vec::new() }
     }
 
-    fn read(
-        reader: &OlatReader,
-        calibration: &Calibration,
-        (side, working): (usize, usize),
-    ) -> Result<Self> {
+    fn read(reader: &OlatReader, calibration: &Calibration, (side, working): (usize, usize)) -> Result<Self> {
         let mask = reader.mask_at(side)?;
-        let pixels: Vec<u32> =
-            (0..side * side).filter(|&p| mask.pixels[p] > SOLID).map(|p| p as u32).collect();
+        let pixels: Vec<u32> = (0..side * side).filter(|&p| mask.pixels[p] > SOLID).map(|p| p as u32).collect();
         let small_mask = resize_area(&mask, working, working);
         let light = calibration.interview_light();
         let learnt = calibration.rig.lamps.len();
@@ -126,9 +121,11 @@ impl PoseDetail {
         for some in lamps.chunks(2 * rayon::current_num_threads()) {
             let read = some.par_iter().map(|&lamp| reader.read_at(lamp, side));
             for (&lamp, olat) in some.iter().zip(read.collect::<Result<Vec<_>>>()?) {
-                lit.pixels.par_iter_mut().zip(&olat.pixels).with_min_len(4096).for_each(
-                    |(sum, olat)| (0..3).for_each(|c| sum[c] += light[lamp][c] * olat[c]),
-                );
+                lit.pixels
+                    .par_iter_mut()
+                    .zip(&olat.pixels)
+                    .with_min_len(4096)
+                    .for_each(|(sum, olat)| (0..3).for_each(|c| sum[c] += light[lamp][c] * olat[c]));
                 if lamp < learnt {
                     let solid = pixels.iter().map(|&p| olat.pixels[p as usize].map(f16::from_f32));
                     let mut small = resize_area(&olat, working, working);
@@ -150,9 +147,7 @@ impl PoseDetail {
                 .map(|(&p, olat)| {
                     let p = p as usize;
                     let (alpha, lit) = (plate.matte.pixels[p], plate.lit().pixels[p]);
-                    std::array::from_fn(|c| {
-                        (alpha * olat[c].to_f32() - enlarged.pixels[p][c]) / lit[c]
-                    })
+                    std::array::from_fn(|c| (alpha * olat[c].to_f32() - enlarged.pixels[p][c]) / lit[c])
                 })
                 .collect();
             detail.push(beyond.as_flattened());
@@ -166,11 +161,7 @@ impl PoseDetail {
         let sizes = values.iter().step_by(step).map(|v| v.abs());
         let mut sizes: Vec<f32> = sizes.filter(|size| size.is_finite()).collect();
         let at = (LARGEST * sizes.len().saturating_sub(1) as f32) as usize;
-        let largest = if sizes.is_empty() {
-            0.0
-        } else {
-            *sizes.select_nth_unstable_by(at, f32::total_cmp).1
-        };
+        let largest = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f32::total_cmp).1 };
         let code = |value: &f32| {
             let root = (value.abs() / largest.max(f32::MIN_POSITIVE)).sqrt().min(1.0);
             (value.signum() * 127.0 * root).round() as i8
@@ -247,13 +238,8 @@ impl FineLight for FineFrame {
 
     fn ratio(&self, weights: &[[f32; 3]]) -> Option<Image> {
         let exemplars = self.field.exemplars.get()?.as_ref()?;
-        let known = self
-            .field
-            .places
-            .iter()
-            .filter_map(|place| Some((place, exemplars.poses.get(&place.pose)?)));
-        let lit: Vec<(&Place, Image)> =
-            known.map(|(place, pose)| (place, pose.lit(&place.turned(weights)))).collect();
+        let known = self.field.places.iter().filter_map(|place| Some((place, exemplars.poses.get(&place.pose)?)));
+        let lit: Vec<(&Place, Image)> = known.map(|(place, pose)| (place, pose.lit(&place.turned(weights)))).collect();
         let (width, height) = self.size;
         let step = self.field.working as f32 / self.square.side;
         let at = |i: usize, from: f32| (i as f32 + 0.5 - from) * step - 0.5;
@@ -299,9 +285,7 @@ mod tests {
     fn details_are_kept_to_a_part_of_their_size() {
         let pixels: Vec<u32> = (0..64).collect();
         let mut detail = PoseDetail::new(8, pixels);
-        let lamp = |k: usize| -> Vec<f32> {
-            (0..192).map(|i| ((i * (k + 3)) % 41) as f32 / 41.0 - 0.5).collect()
-        };
+        let lamp = |k: usize| -> Vec<f32> { (0..192).map(|i| ((i * (k + 3)) % 41) as f32 / 41.0 - 0.5).collect() };
         (0..2).for_each(|k| detail.push(&lamp(k)));
         let lit = detail.lit(&[[2.0, 0.0, 0.5], [0.0, -1.0, 0.5]]);
         for (i, value) in lit.pixels.as_flattened().iter().enumerate() {

@@ -46,17 +46,14 @@ impl HalfRows {
         let scale = (pixels.par_iter().map_init(Vec::new, largest)).reduce(|| 0.0, f32::max);
         let scale = scale.max(f32::MIN_POSITIVE);
         let mut values = vec![f16::ZERO; (pixels.len() + 1) * length];
-        values[length..].par_chunks_exact_mut(length.max(1)).zip(&pixels).for_each_init(
-            Vec::new,
-            |out, (row, &p)| {
-                filled(out, p);
-                for v in &mut *out {
-                    let share = *v / scale;
-                    *v = if share > 0.0 { share.min(1.0) } else { 0.0 };
-                }
-                row.convert_from_f32_slice(out);
-            },
-        );
+        values[length..].par_chunks_exact_mut(length.max(1)).zip(&pixels).for_each_init(Vec::new, |out, (row, &p)| {
+            filled(out, p);
+            for v in &mut *out {
+                let share = *v / scale;
+                *v = if share > 0.0 { share.min(1.0) } else { 0.0 };
+            }
+            row.convert_from_f32_slice(out);
+        });
         Self { length, rows, values, scale }
     }
 
@@ -68,9 +65,7 @@ impl HalfRows {
     /// The values at a place between four pixels, by their shares.
     #[inline(always)]
     pub fn pull(&self, places: [(usize, f32); 4], out: &mut [f32]) {
-        let row = |(p, _): (usize, f32)| {
-            self.values[self.rows[p] as usize * self.length..][..self.length].iter()
-        };
+        let row = |(p, _): (usize, f32)| self.values[self.rows[p] as usize * self.length..][..self.length].iter();
         let [a, b, c, d] = places.map(row);
         let shares = places.map(|(_, share)| share * self.scale);
         for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {

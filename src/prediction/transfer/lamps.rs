@@ -95,11 +95,7 @@ impl Lamps {
             if lamp.is_usable() { lamp.energy } else { [1.0; 3] }
         };
         Self {
-            directions: rig
-                .lamps
-                .iter()
-                .map(|lamp| lamp.is_usable().then_some(lamp.direction))
-                .collect(),
+            directions: rig.lamps.iter().map(|lamp| lamp.is_usable().then_some(lamp.direction)).collect(),
             energies: rig.lamps.iter().map(energy).collect(),
             stride: rig.lamps.len().next_multiple_of(LANES),
         }
@@ -139,8 +135,7 @@ impl Lamps {
                 continue;
             };
             let angle = |direction: &Option<Vec3>| {
-                direction
-                    .map_or(f32::INFINITY, |d| d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees())
+                direction.map_or(f32::INFINITY, |d| d.dot(toward).clamp(-1.0, 1.0).acos().to_degrees())
             };
             let mut angles: Vec<f32> = self.directions.iter().map(angle).collect();
             missing.iter().for_each(|&m| angles[m] = f32::INFINITY);
@@ -153,9 +148,7 @@ impl Lamps {
             turned.nearest[l] = nearest;
         }
         let chunk = |m: usize, n: usize| &turned.weights[m * stride + n * LANES..][..LANES];
-        let near = |n: usize| {
-            (0..count).filter(move |&m| chunk(m, n).iter().any(|weight| *weight > 0.0)).collect()
-        };
+        let near = |n: usize| (0..count).filter(move |&m| chunk(m, n).iter().any(|weight| *weight > 0.0)).collect();
         turned.near = (0..stride / LANES).map(near).collect();
         turned
     }
@@ -227,8 +220,7 @@ mod tests {
         let mut rig = rig();
         rig.lamps = (0..41)
             .map(|i: usize| {
-                let at =
-                    Mat3::from_rotation_y(0.3 * i as f32) * Mat3::from_rotation_x(0.05 * i as f32);
+                let at = Mat3::from_rotation_y(0.3 * i as f32) * Mat3::from_rotation_x(0.05 * i as f32);
                 Lamp { direction: at * Vec3::Z, ..rig.lamps[i % 12].clone() }
             })
             .collect();

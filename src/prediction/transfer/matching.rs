@@ -42,9 +42,7 @@ impl Match {
     /// A picture of the pose, pulled over.
     pub fn pulled(&self, picture: &Raster<f32>) -> Raster<f32> {
         let (width, height) = self.size;
-        Raster::from_fn(width, height, |x, y| {
-            self.place((x, y)).iter().map(|&(p, w)| w * picture.pixels[p]).sum()
-        })
+        Raster::from_fn(width, height, |x, y| self.place((x, y)).iter().map(|&(p, w)| w * picture.pixels[p]).sum())
     }
 
     /// Squared forward–backward error of each pixel, in pixels: there by the match and back by `back`, the offsets of the pose's

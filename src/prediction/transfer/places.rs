@@ -31,8 +31,6 @@ impl Place {
 
     /// The memory that it takes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.offsets[..])
-            + size_of_val(&self.share.pixels[..])
-            + size_of_val(&self.lamps[..])
+        size_of_val(&self.offsets[..]) + size_of_val(&self.share.pixels[..]) + size_of_val(&self.lamps[..])
     }
 }

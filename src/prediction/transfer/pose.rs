@@ -57,21 +57,17 @@ impl Pose {
         let pixels = exemplar.mask.pixels.len();
         let even: Vec<f32> = (0..pixels)
             .flat_map(|p| {
-                known.iter().map(move |&(m, _)| {
-                    luminance(exemplar.olats[m].pixels[p]) / luminance(lamps.energies[m])
-                })
+                known.iter().map(move |&(m, _)| luminance(exemplar.olats[m].pixels[p]) / luminance(lamps.energies[m]))
             })
             .collect();
         let directions: Vec<Vec3> = known.iter().map(|(_, direction)| *direction).collect();
-        let normals =
-            if known.is_empty() { vec![Vec3::ZERO; pixels] } else { normals(&even, &directions) };
+        let normals = if known.is_empty() { vec![Vec3::ZERO; pixels] } else { normals(&even, &directions) };
         let stride = lamps.stride;
         let bare = HalfRows::new(&exemplar.mask, 3 * stride, |p, bare| {
             for (m, (olat, direction)) in exemplar.olats.iter().zip(&lamps.directions).enumerate() {
                 let shading = shading(normals[p], *direction);
                 for c in 0..3 {
-                    bare[c * stride + m] =
-                        (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
+                    bare[c * stride + m] = (olat.pixels[p][c].max(0.0) / (lamps.energies[m][c] * shading)).sqrt();
                 }
             }
         });

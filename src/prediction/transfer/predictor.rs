@@ -45,11 +45,7 @@ impl OlatPredictor {
     ///
     /// # Errors
     /// When the project's network does not fit it.
-    pub fn with_transfer(
-        transfer: Arc<Transfer>,
-        project: &Project,
-        device: &Device,
-    ) -> Result<Self> {
+    pub fn with_transfer(transfer: Arc<Transfer>, project: &Project, device: &Device) -> Result<Self> {
         let trained = project.checkpoint_path().exists();
         let network = trained.then(|| Predictor::open(project, device));
         Ok(Self::new(transfer, network.transpose()?, device))
@@ -188,9 +184,7 @@ impl OlatPredictor {
                 let steps = network.info().step;
                 let share = carried.unlike.map(|unlike| network_share(unlike, steps));
                 let field = network.predict_on_device(frame)?;
-                field
-                    .mixed(&carried.field, &share)?
-                    .summing_to(&frame.plate, self.transfer.weights())
+                field.mixed(&carried.field, &share)?.summing_to(&frame.plate, self.transfer.weights())
             }
         }
     }

@@ -57,9 +57,7 @@ impl Target<'_> {
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let [turned, _] = turned;
         let stride = lamps.stride;
-        for ((roots, lit), &p) in
-            roots.chunks_exact_mut((3 * stride).max(1)).zip(&lit).zip(&self.pixels)
-        {
+        for ((roots, lit), &p) in roots.chunks_exact_mut((3 * stride).max(1)).zip(&lit).zip(&self.pixels) {
             for (c, roots) in roots.chunks_exact_mut(stride).enumerate() {
                 let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
                 roots.iter_mut().for_each(|root| *root *= scale);
@@ -92,9 +90,8 @@ impl Target<'_> {
     fn consistency(&self, pose: &Pose, found: &Match) -> Mask {
         let (width, height) = self.plate.size();
         let longer = width.max(height) as f32;
-        let half = |picture: &Raster<f32>| {
-            resize_area(picture, (picture.width / 2).max(1), (picture.height / 2).max(1))
-        };
+        let half =
+            |picture: &Raster<f32>| resize_area(picture, (picture.width / 2).max(1), (picture.height / 2).max(1));
         let back = self.offsets(&half(&pose.contrast), &half(&self.contrast));
         let largest = (LARGEST_ERROR * longer).powi(2);
         let squares = found.forward_backward(&back).into_iter().zip(&self.matte.pixels);
@@ -105,12 +102,7 @@ impl Target<'_> {
 
     /// Roots of the OLATs that the pose alone predicts, as [`Said::roots`], and their sums under the interview's light. `turned`:
     /// lamps of the head, and of all else.
-    pub fn predicted(
-        &self,
-        pose: &Pose,
-        turned: &[TurnedLamps; 2],
-        found: &Match,
-    ) -> (Vec<f32>, Vec<[f32; 3]>) {
+    pub fn predicted(&self, pose: &Pose, turned: &[TurnedLamps; 2], found: &Match) -> (Vec<f32>, Vec<[f32; 3]>) {
         let (lamps, weights) = (self.lamps, self.weights);
         let stride = lamps.stride;
         let weights = by_channel(lamps, weights);
@@ -143,13 +135,9 @@ impl Target<'_> {
                                 shades.iter_mut().for_each(|shade| *shade = share * shade.sqrt());
                                 turned.blend(&pulled, &mut blended);
                                 let channels = roots.chunks_exact_mut(stride).zip(&energies);
-                                for ((roots, energies), blended) in
-                                    channels.zip(blended.chunks_exact(stride))
-                                {
+                                for ((roots, energies), blended) in channels.zip(blended.chunks_exact(stride)) {
                                     let lamps = blended.iter().zip(&shades).zip(energies);
-                                    for (root, ((blended, shade), energy)) in
-                                        roots.iter_mut().zip(lamps)
-                                    {
+                                    for (root, ((blended, shade), energy)) in roots.iter_mut().zip(lamps) {
                                         *root += shade * energy * blended;
                                     }
                                 }
@@ -170,8 +158,7 @@ impl Target<'_> {
 #[inline(always)]
 fn weighted_squares(roots: &[f32], weights: &[f32]) -> f32 {
     let mut sums = [0.0; LANES];
-    for (roots, weights) in roots.as_chunks::<LANES>().0.iter().zip(weights.as_chunks::<LANES>().0)
-    {
+    for (roots, weights) in roots.as_chunks::<LANES>().0.iter().zip(weights.as_chunks::<LANES>().0) {
         for ((sum, root), weight) in sums.iter_mut().zip(roots).zip(weights) {
             *sum += weight * root * root;
         }

@@ -37,9 +37,7 @@ pub fn normals(olats: &[f32], directions: &[Vec3]) -> Vec<Vec3> {
 
 /// The `share` quantile, linear between two values; 0 if there are none.
 pub fn quantile(mut values: Vec<f32>, share: f32) -> f32 {
-    let Some(last) = values.len().checked_sub(1) else {
-        return 0.0;
-    };
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
     let at = share.clamp(0.0, 1.0) * last as f32;
     let (_, below, above) = values.select_nth_unstable_by(at as usize, f32::total_cmp);
     let above = above.iter().copied().min_by(f32::total_cmp).unwrap_or(*below);
@@ -65,9 +63,7 @@ pub fn depth(normals: &[Vec3], inside: &Raster<bool>) -> Raster<f32> {
     let mut right = vec![0.0f64; pixels.len()];
     for (i, &p) in pixels.iter().enumerate() {
         for (axis, there) in [(0, (p % width + 1 < width).then_some(p + 1)), (1, Some(p + width))] {
-            let Some(&j) = there.and_then(|q| index.get(q)).filter(|&&j| j != usize::MAX) else {
-                continue;
-            };
+            let Some(&j) = there.and_then(|q| index.get(q)).filter(|&&j| j != usize::MAX) else { continue };
             let rise = 0.5 * f64::from(slope(p)[axis] + slope(pixels[j])[axis]);
             right[j] += rise;
             right[i] -= rise;
@@ -155,14 +151,10 @@ mod tests {
                 Vec3::new(r * angle.cos(), r * angle.sin(), height)
             })
             .collect();
-        let olats: Vec<f32> = truth
-            .iter()
-            .flat_map(|n| lamps.iter().map(|l| n.dot(*l).max(0.0)).collect::<Vec<_>>())
-            .collect();
+        let olats: Vec<f32> =
+            truth.iter().flat_map(|n| lamps.iter().map(|l| n.dot(*l).max(0.0)).collect::<Vec<_>>()).collect();
         let found = normals(&olats, &lamps);
-        for (p, (found, truth)) in
-            found.iter().zip(&truth).enumerate().filter(|(p, _)| inside.pixels[*p])
-        {
+        for (p, (found, truth)) in found.iter().zip(&truth).enumerate().filter(|(p, _)| inside.pixels[*p]) {
             assert!(found.dot(*truth) > 0.99, "{p}: {found} {truth}");
         }
         let depth = depth(&truth, &inside);

@@ -52,12 +52,7 @@ pub struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    pub fn new(
-        frame: &'a Frame,
-        lamps: &'a Lamps,
-        weights: &'a [[f32; 3]],
-        turns: &'a PoseTurns,
-    ) -> Self {
+    pub fn new(frame: &'a Frame, lamps: &'a Lamps, weights: &'a [[f32; 3]], turns: &'a PoseTurns) -> Self {
         let plate = frame.plate.map(luminance);
         let bright = bright_level(&plate, &frame.mask);
         let inside = inside(&frame.mask);
@@ -98,11 +93,7 @@ impl<'a> Target<'a> {
         let large = flow(from, to, None, &FlowSettings::default());
         let scale = [width as f32 / w as f32, height as f32 / h as f32];
         let axis = |c: usize| {
-            let plane = Raster {
-                width: w,
-                height: h,
-                pixels: large.iter().map(|o| o[c] * scale[c]).collect(),
-            };
+            let plane = Raster { width: w, height: h, pixels: large.iter().map(|o| o[c] * scale[c]).collect() };
             blur(&resize(&plane, width, height), 1.0)
         };
         axis(0).pixels.into_iter().zip(axis(1).pixels).map(|(x, y)| [x, y]).collect()
@@ -168,27 +159,17 @@ impl<'a> Target<'a> {
     pub fn unlike(&self, lit: &Raster<f32>, coverage: &Mask) -> Mask {
         let ratio = |(a, b): (&f32, &f32)| a.max(self.dark).ln() - b.max(self.dark).ln();
         let ratio: Vec<f32> = self.plate.pixels.iter().zip(&lit.pixels).map(ratio).collect();
-        let within = ratio
-            .iter()
-            .zip(&self.inside.pixels)
-            .filter(|(_, inside)| **inside)
-            .map(|(r, _)| *r)
-            .collect();
+        let within = ratio.iter().zip(&self.inside.pixels).filter(|(_, inside)| **inside).map(|(r, _)| *r).collect();
         let median = quantile(within, 0.5);
         let (width, height) = self.plate.size();
-        let squares = ratio
-            .iter()
-            .zip(&self.matte.pixels)
-            .map(|(r, inside)| ((r - median) * inside).powi(2))
-            .collect();
+        let squares = ratio.iter().zip(&self.matte.pixels).map(|(r, inside)| ((r - median) * inside).powi(2)).collect();
         let radius = LIKENESS_BLUR * width.max(height) as f32;
         let squares = blur(&Raster { width, height, pixels: squares }, radius);
         let share = blur(&self.matte, radius);
         let unlike = |((square, share), coverage): ((&f32, &f32), &f32)| {
             (square.max(0.0) / (share + 1e-3)).sqrt() + 1.0 - coverage
         };
-        let pixels =
-            squares.pixels.iter().zip(&share.pixels).zip(&coverage.pixels).map(unlike).collect();
+        let pixels = squares.pixels.iter().zip(&share.pixels).zip(&coverage.pixels).map(unlike).collect();
         Raster { width, height, pixels }
     }
 }

@@ -43,10 +43,7 @@ impl Transfer {
             })
             .collect::<Result<Vec<_>>>()?;
         if poses.is_empty() {
-            return Err(Error::missing(
-                "the shoot has no pose of the OLAT session",
-                "Import the shoot again",
-            ));
+            return Err(Error::missing("the shoot has no pose of the OLAT session", "Import the shoot again"));
         }
         Ok(Self::new(&poses, &calibration.rig, calibration.learnt_light()))
     }
@@ -107,8 +104,7 @@ impl Transfer {
     /// Turns between all poses, each matched with the others as a frame would be.
     fn turns_between(&self, plates: &[PlatePose]) -> PoseTurns {
         let turns_to = |(to, plate): (&Arc<Pose>, &PlatePose)| -> Vec<PoseTurn> {
-            let frame =
-                Frame { index: 0, plate: plate.plate.clone(), mask: plate.exemplar.mask.clone() };
+            let frame = Frame { index: 0, plate: plate.plate.clone(), mask: plate.exemplar.mask.clone() };
             let target = self.target(&frame);
             let turn = |from: &Arc<Pose>| {
                 let found = target.matched(from, target.found(from));

@@ -91,8 +91,7 @@ pub fn turn_of_normals(pairs: &[[Vec3; 2]], start: Mat3) -> Mat3 {
         let (mut a, mut b) = (DMat3::ZERO, DVec3::ZERO);
         for &[before, after] in pairs {
             let moved = turn * before;
-            let weight =
-                (1.0 + (after - moved).length_squared() / NORMAL_WIDTH.powi(2)).recip() as f64;
+            let weight = (1.0 + (after - moved).length_squared() / NORMAL_WIDTH.powi(2)).recip() as f64;
             let m = moved.as_dvec3();
             let outer = DMat3::from_cols(m * m.x, m * m.y, m * m.z);
             a += (DMat3::from_diagonal(DVec3::splat(m.length_squared())) - outer) * weight;
@@ -154,10 +153,8 @@ mod tests {
 
     #[test]
     fn points_that_decide_nothing_give_no_turn() {
-        let flat: Vec<_> = points(Mat3::IDENTITY, 1.0, 0)
-            .into_iter()
-            .map(|p| SeenPoint { place: p.place.with_z(0.0), ..p })
-            .collect();
+        let flat: Vec<_> =
+            points(Mat3::IDENTITY, 1.0, 0).into_iter().map(|p| SeenPoint { place: p.place.with_z(0.0), ..p }).collect();
         let lost: Vec<_> = flat.iter().map(|p| SeenPoint { seen: [f32::NAN; 2], ..*p }).collect();
         for points in [&[], &flat[..], &lost[..]] {
             assert_eq!(head_turn(points), None);

@@ -72,16 +72,11 @@ impl Calibration {
         const REMEDY: (&str, &str) = ("Calibrate the project", "afterlight calibrate PROJECT");
         let path = project.calibration_path();
         if !path.exists() {
-            return Err(Error::missing(
-                "Not calibrated yet",
-                ("Calibrate first", "afterlight calibrate PROJECT"),
-            ));
+            return Err(Error::missing("Not calibrated yet", ("Calibrate first", "afterlight calibrate PROJECT")));
         }
         let text = read_sealed(&path, REMEDY)?;
-        let calibration: Self =
-            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
-        let refuse =
-            |problem: String| Err(Error::invalid(format!("{} {problem}", path.display()), REMEDY));
+        let calibration: Self = toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let refuse = |problem: String| Err(Error::invalid(format!("{} {problem}", path.display()), REMEDY));
         let shoot = &project.settings.shoot;
         let (lamps, all) = (&shoot.lamps, shoot.all_lamps().len());
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
@@ -100,16 +95,13 @@ impl Calibration {
                 stand_in.len()
             ));
         }
-        if let Some((name, lamp)) = lamps.iter().zip(found).find(|(name, lamp)| **name != lamp.name)
-        {
+        if let Some((name, lamp)) = lamps.iter().zip(found).find(|(name, lamp)| **name != lamp.name) {
             return refuse(format!("has lamp {} where the project has lamp {name}", lamp.name));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         let sound = weights.iter().chain(stand_in).flatten().all(is_light)
             && is_light(&calibration.exposure)
-            && found
-                .iter()
-                .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
+            && found.iter().all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
         let light = calibration.interview_light().into_iter();
         let mut light = light.chain(calibration.learnt_light()).flatten();
         if !sound || !light.all(|v| v.is_finite()) {

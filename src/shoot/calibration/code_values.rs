@@ -44,10 +44,7 @@ const HIGHEST: f32 = 0.9;
 ///
 /// # Errors
 /// When a picture cannot be read.
-pub(super) fn scale(
-    pictures: &[Picture],
-    brightest: impl Fn(&Picture) -> Result<f32> + Sync + Send,
-) -> Result<f32> {
+pub(super) fn scale(pictures: &[Picture], brightest: impl Fn(&Picture) -> Result<f32> + Sync + Send) -> Result<f32> {
     match pictures.first() {
         Some(first) if footage::is_scene_linear(first)? => {}
         _ => return Ok(1.0),
@@ -72,11 +69,7 @@ impl ResponseTable {
 
     /// Table of a response.
     pub fn from_response(response: &Response) -> Self {
-        Self(
-            (0..=STEPS)
-                .map(|code| response.decode_value(f32::from(code) / f32::from(STEPS)))
-                .collect(),
-        )
+        Self((0..=STEPS).map(|code| response.decode_value(f32::from(code) / f32::from(STEPS))).collect())
     }
 
     /// Light of one channel's code value.
@@ -127,19 +120,13 @@ mod tests {
         for i in 0..=255u16 {
             let encoded = f32::from(i) / 255.0;
             let code = codes(&Encoded(Raster::filled(1, 1, [encoded; 3])))[0][0];
-            assert_eq!(
-                (code, table.light(code)),
-                (i * 16, curve.decode_value(f32::from(i * 16) / 4080.0))
-            );
+            assert_eq!((code, table.light(code)), (i * 16, curve.decode_value(f32::from(i * 16) / 4080.0)));
             assert!((table.encode(table.light(code)) - encoded).abs() < 1e-4);
         }
         for light in [0.0001, 0.003, 0.2, 0.77] {
             assert!((table.encode(light) - curve.encode_value(light)).abs() < 1e-4);
         }
-        assert_eq!(
-            (table.encode(-1.0), table.encode(7.0), table.encode(f32::NAN)),
-            (0.0, 1.0, 0.0)
-        );
+        assert_eq!((table.encode(-1.0), table.encode(7.0), table.encode(f32::NAN)), (0.0, 1.0, 0.0));
         assert!((table.slope(STEPS) - 2.1).abs() < 0.02 && table.slope(0) > 0.0);
     }
 }

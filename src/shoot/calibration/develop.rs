@@ -1,8 +1,7 @@
 //! Development of mirror-ball photographs into a light probe.
 
 use super::light_probe::{
-    BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe, merge,
-    merge_balls,
+    BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe, merge, merge_balls,
 };
 use super::silhouette::{self, Circle, Photographs, Silhouette};
 use base::error::{Error, Result};
@@ -101,12 +100,7 @@ struct Ball {
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     if !ROWS.contains(&settings.height) {
         return Err(Error::invalid(
-            format!(
-                "light probe height of {} rows is outside {} to {}",
-                settings.height,
-                ROWS.start(),
-                ROWS.end()
-            ),
+            format!("light probe height of {} rows is outside {} to {}", settings.height, ROWS.start(), ROWS.end()),
             "Give a height such as 512",
         ));
     }
@@ -132,8 +126,7 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     };
     let panorama = match &settings.second {
         None => {
-            let probe =
-                light_probe(&first.photograph, &first.view, settings.clipped, panorama_size)?;
+            let probe = light_probe(&first.photograph, &first.view, settings.clipped, panorama_size)?;
             report.blind_share = probe.blind_share;
             report.filled_share = probe.filled_share;
             report.clipped_pixels = vec![probe.clipped_pixels];
@@ -148,11 +141,7 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
             let joined = merge_balls(
                 [(&first.photograph, &first.view), (&second.photograph, &second.view)],
                 Quat::from_rotation_y(angle_deg.to_radians()),
-                &TwoBallsSettings {
-                    size: panorama_size,
-                    clipped: settings.clipped,
-                    ..TwoBallsSettings::default()
-                },
+                &TwoBallsSettings { size: panorama_size, clipped: settings.clipped, ..TwoBallsSettings::default() },
             )?;
             report.blind_share = joined.blind_share;
             report.filled_share = joined.filled_share;
@@ -191,14 +180,10 @@ impl Ball {
                 "Give one exposure for each photograph, in the same order, such as --stops 0,-2,-4",
             ));
         }
-        let read = paths
-            .iter()
-            .map(|path| photograph(path, &settings.response))
-            .collect::<Result<Vec<_>>>()?;
+        let read = paths.iter().map(|path| photograph(path, &settings.response)).collect::<Result<Vec<_>>>()?;
         let (photograph, disagreement_stops) = if bracket {
-            let exposures: Vec<Exposure> = (read.iter().zip(&pictures.stops))
-                .map(|(photograph, &stops)| Exposure { photograph, stops })
-                .collect();
+            let exposures: Vec<Exposure> =
+                (read.iter().zip(&pictures.stops)).map(|(photograph, &stops)| Exposure { photograph, stops }).collect();
             let merged = merge(&exposures)?;
             (merged.photograph, merged.disagreement_stops)
         } else {
@@ -239,8 +224,6 @@ fn photograph(path: &Path, response: &Response) -> Result<Photograph> {
     let picture = imaging::picture::read(path)?;
     Ok(match picture.about.coding {
         Coding::Light(_) => Photograph::from_linear(picture.into_light(), None),
-        Coding::Named(_) | Coding::Open => {
-            Photograph::from_encoded(&picture.into_encoded(), response)
-        }
+        Coding::Named(_) | Coding::Open => Photograph::from_encoded(&picture.into_encoded(), response),
     })
 }

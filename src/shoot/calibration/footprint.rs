@@ -126,8 +126,7 @@ impl Footprint {
             let light = table.rgb(*code);
             let mut part = 0.0;
             for c in 0..3 {
-                let channel =
-                    f64::from((light[c] - background[c] - room).max(0.0) * pixel.solid_angle);
+                let channel = f64::from((light[c] - background[c] - room).max(0.0) * pixel.solid_angle);
                 energy[c] += channel;
                 part += channel;
             }
@@ -162,8 +161,7 @@ impl Footprint {
                 aim.confidence * (-off * off).exp()
             }
         };
-        let square: f64 =
-            parts.iter().map(|(d, part)| part * d.angle_between(direction).powi(2)).sum();
+        let square: f64 = parts.iter().map(|(d, part)| part * d.angle_between(direction).powi(2)).sum();
         let spread_deg = (square / all).sqrt().to_degrees();
         Lamp {
             name: name.into(),
@@ -178,12 +176,7 @@ impl Footprint {
 
 /// Finds the lamp in each footprint of a series. `series` holds the same photographs, reduced under the response
 /// `provisional`.
-pub(super) fn aim(
-    footprints: &mut [Footprint],
-    series: &[Levels],
-    grid: &Grid,
-    provisional: &ResponseTable,
-) {
+pub(super) fn aim(footprints: &mut [Footprint], series: &[Levels], grid: &Grid, provisional: &ResponseTable) {
     let room = grid.room(series);
     let highlights = highlight::find(grid, series, &room);
     let trust = highlight::weigh(&highlights, grid, &room);

@@ -37,16 +37,14 @@ impl NormalEquations {
     pub fn solve(&self) -> Vec<f64> {
         let n = self.unknowns;
         let trace: f64 = (0..n).map(|i| self.gram[i * n + i]).sum();
-        let (all_gram, all_target): (f64, f64) =
-            (self.gram.iter().sum(), self.target.iter().map(|t| t.max(0.0)).sum());
+        let (all_gram, all_target): (f64, f64) = (self.gram.iter().sum(), self.target.iter().map(|t| t.max(0.0)).sum());
         if !(trace > 0.0 && all_target > 0.0) {
             return vec![0.0; n];
         }
         // A billionth of the mean square keeps divisions finite and changes no significant weight.
         let ridge = 1e-9 * trace / n as f64;
         let row = |i: usize, x: &[f64]| -> f64 {
-            ridge * x[i]
-                + self.gram[i * n..(i + 1) * n].iter().zip(x).map(|(g, x)| g * x).sum::<f64>()
+            ridge * x[i] + self.gram[i * n..(i + 1) * n].iter().zip(x).map(|(g, x)| g * x).sum::<f64>()
         };
         // Multiplicative updates (Daube-Witherspoon and Muehllehner 1986) approach from equal weights and treat
         // equal unknowns equally.
@@ -54,11 +52,7 @@ impl NormalEquations {
         for _ in 0..50 {
             let product: Vec<f64> = (0..n).map(|i| row(i, &x)).collect();
             for i in 0..n {
-                x[i] = if product[i] > 0.0 {
-                    x[i] * self.target[i].max(0.0) / product[i]
-                } else {
-                    0.0
-                };
+                x[i] = if product[i] > 0.0 { x[i] * self.target[i].max(0.0) / product[i] } else { 0.0 };
             }
         }
         // Coordinate descent then reaches the minimum: each step is exact in one unknown.
@@ -87,8 +81,7 @@ mod tests {
     fn system(rows: &[Vec<f64>], y: &[f64]) -> NormalEquations {
         let mut equations = NormalEquations::new(rows[0].len());
         for (row, y) in rows.iter().zip(y) {
-            let terms: Vec<_> =
-                row.iter().copied().enumerate().filter(|(_, a)| *a != 0.0).collect();
+            let terms: Vec<_> = row.iter().copied().enumerate().filter(|(_, a)| *a != 0.0).collect();
             equations.add(&terms, *y);
         }
         equations

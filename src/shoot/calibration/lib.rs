@@ -57,11 +57,7 @@ const CLIPPED_DEVIATION: f32 = 0.05;
 /// When the shoot lacks poses, frames or lamps, a file cannot be read or does not match the others, no ball is
 /// found, pixels are to be compared and no frame shows a pose, or the job was stopped. The project then stays
 /// unchanged.
-pub fn calibrate(
-    project: &mut Project,
-    settings: &CalibrateSettings,
-    progress: &Progress,
-) -> Result<Calibration> {
+pub fn calibrate(project: &mut Project, settings: &CalibrateSettings, progress: &Progress) -> Result<Calibration> {
     project.check_parts()?;
     let mut within = project.clone();
     if let Some(circle) = settings.circle {
@@ -103,11 +99,7 @@ fn find_circles(project: &mut Project, again: bool, progress: &Progress) -> Resu
 }
 
 /// Calibrates with the project's own circle.
-fn calibrate_within(
-    project: &Project,
-    settings: &CalibrateSettings,
-    progress: &Progress,
-) -> Result<Calibration> {
+fn calibrate_within(project: &Project, settings: &CalibrateSettings, progress: &Progress) -> Result<Calibration> {
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
@@ -115,8 +107,7 @@ fn calibrate_within(
     let found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None if is_scene_linear(project)? => {
-            progress
-                .say("Interview and OLAT files are scene-linear: no response is fitted".to_owned());
+            progress.say("Interview and OLAT files are scene-linear: no response is fitted".to_owned());
             ChosenResponse::by_files(&subject, &probes)
         }
         None => {

@@ -25,17 +25,10 @@ pub(super) fn minimise<const N: usize>(
     let mut config = Config::new(N);
     (config.rho_begin, config.rho_end) = (search.first_step, search.last_step);
     config.max_fun = search.evaluations;
-    let fault = |status: bobyqa::Status| {
-        Error::bug(format!("the calibration's search cannot start ({status:?})"))
-    };
+    let fault = |status: bobyqa::Status| Error::bug(format!("the calibration's search cannot start ({status:?})"));
     let mut solver = Bobyqa::new(N, config).map_err(fault)?;
     let mut place = search.start;
-    let found = solver.minimize(
-        |x| function(std::array::from_fn(|i| x[i])),
-        &mut place,
-        &search.low,
-        &search.high,
-    );
+    let found = solver.minimize(|x| function(std::array::from_fn(|i| x[i])), &mut place, &search.low, &search.high);
     Ok((place, found.f))
 }
 

@@ -43,11 +43,7 @@ impl MirrorBall {
     ///
     /// # Errors
     /// When the ball's figures are out of range or no pixel of the photograph shows it.
-    pub fn new(
-        ball: &Ball,
-        dome_radius_m: Option<f32>,
-        (width, height): (usize, usize),
-    ) -> Result<Self> {
+    pub fn new(ball: &Ball, dome_radius_m: Option<f32>, (width, height): (usize, usize)) -> Result<Self> {
         let is_beyond = |metres: f32| metres.is_finite() && metres > ball.radius_m;
         let possible = ball.center_px.iter().all(|at| at.is_finite())
             && ball.radius_px > 1.0
@@ -85,15 +81,10 @@ impl MirrorBall {
                 let sideways = if rho > 0.0 { seen.x / rho } else { 0.0 };
                 // dω = 2π·d(−cos ψ) over dA = π·d(ρ²): the mean over the ring one pixel wide.
                 let (near, far) = ((rho - 0.5).max(0.0), (rho + 0.5).min(reach));
-                let cosines =
-                    reflected(ball, dome_radius_m, near).y - reflected(ball, dome_radius_m, far).y;
+                let cosines = reflected(ball, dome_radius_m, near).y - reflected(ball, dome_radius_m, far).y;
                 pixels.push(BallPixel {
                     index: y * width + x,
-                    direction: Vec3::new(
-                        (sideways * dx) as f32,
-                        (-sideways * dy) as f32,
-                        seen.y as f32,
-                    ),
+                    direction: Vec3::new((sideways * dx) as f32, (-sideways * dy) as f32, seen.y as f32),
                     solid_angle: (2.0 * cosines / (far * far - near * near)) as f32,
                 });
             }
@@ -136,9 +127,7 @@ fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
         None => mirrored,
         Some(dome) => {
             let along = hit.dot(mirrored);
-            let t =
-                (along * along + f64::from(dome).powi(2) - hit.length_squared()).max(0.0).sqrt()
-                    - along;
+            let t = (along * along + f64::from(dome).powi(2) - hit.length_squared()).max(0.0).sqrt() - along;
             (hit + t * mirrored).normalize()
         }
     }
@@ -148,12 +137,7 @@ fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
 mod tests {
     use super::*;
 
-    const BALL: Ball = Ball {
-        center_px: [128.0, 128.0],
-        radius_px: 116.0,
-        radius_m: 0.075,
-        camera_distance_m: 4.0,
-    };
+    const BALL: Ball = Ball { center_px: [128.0, 128.0], radius_px: 116.0, radius_m: 0.075, camera_distance_m: 4.0 };
 
     fn pixel(ball: &MirrorBall, x: usize, y: usize) -> BallPixel {
         *ball.pixels.iter().find(|p| p.index == y * 256 + x).expect("the pixel is on the ball")
@@ -198,11 +182,7 @@ mod tests {
             // The outermost pixels only approximate a circle and miss part of one ring.
             let ring = 2.0 / (116.0 * scale);
             assert!((ball.blind_share - cone).abs() < ring, "{} and {cone}", ball.blind_share);
-            assert!(
-                ball.pixels
-                    .iter()
-                    .all(|p| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5)
-            );
+            assert!(ball.pixels.iter().all(|p| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5));
         }
     }
 
@@ -236,16 +216,12 @@ mod tests {
 
     #[test]
     fn lengths_of_any_size_give_directions() {
-        for (radius_m, camera_distance_m, dome) in [
-            (1e-30, 1e30, None),
-            (1e-30, 1e30, Some(1e30)),
-            (1e30, 2e30, Some(1.1e30)),
-            (1e-40, 2e-40, Some(f32::MAX)),
-        ] {
+        for (radius_m, camera_distance_m, dome) in
+            [(1e-30, 1e30, None), (1e-30, 1e30, Some(1e30)), (1e30, 2e30, Some(1.1e30)), (1e-40, 2e-40, Some(f32::MAX))]
+        {
             let ball = Ball { radius_m, camera_distance_m, ..BALL };
             let ball = MirrorBall::new(&ball, dome, (256, 256)).unwrap();
-            let sound =
-                |p: &BallPixel| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5;
+            let sound = |p: &BallPixel| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5;
             assert!(ball.pixels.iter().all(sound), "{radius_m}, {dome:?}");
         }
     }

@@ -39,17 +39,14 @@ impl Trial {
     /// The trial changed by differences of γ1, γ2 and the exposure, clamped to their bounds. A plain power follows
     /// γ1, and so does ln K of a log curve; a standard curve does not change.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
-        let within =
-            |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
+        let within = |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
         Self {
             response: match self.response {
                 Response::Dual(curve) => Response::Dual(DualGamma {
                     gamma1: within(curve.gamma1 + gamma1, DualGamma::BOUNDS),
                     gamma2: within(curve.gamma2 + gamma2, DualGamma::BOUNDS),
                 }),
-                Response::Power(gamma) => {
-                    Response::Power(within(gamma + gamma1, DualGamma::BOUNDS))
-                }
+                Response::Power(gamma) => Response::Power(within(gamma + gamma1, DualGamma::BOUNDS)),
                 // Steps of ln K change the curve about as evenly as steps of an exponent.
                 Response::Log(k) => Response::Log(within(k * gamma1.exp(), Response::LOG_BOUNDS)),
                 standard => standard,

@@ -29,8 +29,7 @@ pub enum Slot {
 
 impl Slot {
     /// All parts, in display order.
-    pub const ALL: [Self; 5] =
-        [Self::Interview, Self::InterviewBall, Self::Balls, Self::Pose, Self::Lamps];
+    pub const ALL: [Self; 5] = [Self::Interview, Self::InterviewBall, Self::Balls, Self::Pose, Self::Lamps];
 
     /// Name in the window.
     pub fn name(self) -> &'static str {
@@ -53,9 +52,7 @@ impl Slot {
             Self::Balls => {
                 "The mirror ball under each single lamp: a movie or a folder of pictures, in the same lamp order as the poses"
             }
-            Self::Pose => {
-                "Each pose under each single lamp: a movie or a folder of pictures for each pose"
-            }
+            Self::Pose => "Each pose under each single lamp: a movie or a folder of pictures for each pose",
             Self::Lamps => "An optional list of lamps (.lp) with their names and directions",
         }
     }
@@ -133,11 +130,7 @@ impl Candidate {
     /// Inspects a file, folder or pattern.
     pub fn look(path: &Path) -> Self {
         let mut candidate = Self::from_path(path);
-        let looked = if has_extension(path, "lp") {
-            candidate.look_at_list()
-        } else {
-            candidate.look_at_frames()
-        };
+        let looked = if has_extension(path, "lp") { candidate.look_at_list() } else { candidate.look_at_frames() };
         candidate.failure = looked.err().map(|e| e.to_string());
         candidate
     }
@@ -191,8 +184,7 @@ impl Candidate {
         let start = (self.frames - some) / 2;
         let read = |frame: u64| frame_light(source, self.first + frame);
         let sampled: Vec<_> = (start..start + some).map(read).collect::<Result<_>>()?;
-        let (light, spots): (Vec<_>, Vec<_>) =
-            sampled.into_iter().map(|light| (light.mean, light.spot)).unzip();
+        let (light, spots): (Vec<_>, Vec<_>) = sampled.into_iter().map(|light| (light.mean, light.spot)).unzip();
         let longer = source.size().0.max(source.size().1);
         let spot_moves = typical_distance(&spots) > SPOT_MOVES.max(1.5 / longer as f32);
         let step = typical_step(&light);
@@ -243,8 +235,7 @@ impl Candidate {
             };
         }
         let reasons = [std::mem::take(&mut self.reason), by_light];
-        let reasons: Vec<String> =
-            reasons.into_iter().filter(|reason| !reason.is_empty()).collect();
+        let reasons: Vec<String> = reasons.into_iter().filter(|reason| !reason.is_empty()).collect();
         self.reason = if reasons.is_empty() {
             "neither name nor brightness is conclusive".to_owned()
         } else {
@@ -259,15 +250,12 @@ impl Candidate {
 pub fn expand(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
         let names = base::files::sorted_names(path).unwrap_or_default();
-        let is_part =
-            |path: &PathBuf| path.is_dir() || movies::is_movie(path) || has_extension(path, "lp");
-        let parts: Vec<PathBuf> =
-            names.iter().map(|name| path.join(name)).filter(is_part).collect();
+        let is_part = |path: &PathBuf| path.is_dir() || movies::is_movie(path) || has_extension(path, "lp");
+        let parts: Vec<PathBuf> = names.iter().map(|name| path.join(name)).filter(is_part).collect();
         return if parts.is_empty() { vec![path.to_path_buf()] } else { parts };
     }
-    let is_sequence = |pattern: &PathBuf| {
-        movies::open(pattern).is_ok_and(|all| all.count().is_ok_and(|count| count > 1))
-    };
+    let is_sequence =
+        |pattern: &PathBuf| movies::open(pattern).is_ok_and(|all| all.count().is_ok_and(|count| count > 1));
     let pattern = (!movies::is_movie(path)).then(|| Sequence::pattern_from_first(path)).flatten();
     let pattern = pattern.map(|(pattern, _)| pattern).filter(is_sequence);
     vec![pattern.unwrap_or_else(|| path.to_path_buf())]
@@ -309,8 +297,7 @@ fn typical_distance(spots: &[Option<[f32; 2]>]) -> f32 {
         let ([ax, ay], [bx, by]) = (pair[0]?, pair[1]?);
         Some((ax - bx).hypot(ay - by))
     };
-    let mut distances: Vec<f32> =
-        spots.windows(2).map(|pair| distance(pair).unwrap_or(0.0)).collect();
+    let mut distances: Vec<f32> = spots.windows(2).map(|pair| distance(pair).unwrap_or(0.0)).collect();
     distances.sort_by(f32::total_cmp);
     distances.get(distances.len() / 4).copied().unwrap_or(0.0)
 }

@@ -28,24 +28,12 @@ pub fn stand_in(project: &Project, index: usize) -> Result<Option<StandIn>> {
     if choice.is_stop() {
         return Ok(None);
     }
-    let Err(error) = read_picture(&project.frame_picture(index)) else {
-        return Ok(None);
-    };
-    let Some(held) = nearest(project, index) else {
-        return Err(error);
-    };
+    let Err(error) = read_picture(&project.frame_picture(index)) else { return Ok(None) };
+    let Some(held) = nearest(project, index) else { return Err(error) };
     let is_black = choice == DamagedFrames::Black;
-    let instead = if is_black {
-        "it is black".to_owned()
-    } else {
-        format!("frame {held} is shown in its place")
-    };
+    let instead = if is_black { "it is black".to_owned() } else { format!("frame {held} is shown in its place") };
     let cause = error.to_string();
-    Ok(Some(StandIn {
-        held,
-        is_black,
-        sentence: format!("Frame {index} cannot be read: {instead}. {cause}"),
-    }))
+    Ok(Some(StandIn { held, is_black, sentence: format!("Frame {index} cannot be read: {instead}. {cause}") }))
 }
 
 /// Frame whose picture is read for frame `index`: itself, or its stand-in.
@@ -131,10 +119,7 @@ mod tests {
         assert_eq!((frame.index, &frame.plate, &frame.mask), (2, &before.0.plate, &before.0.mask));
         assert_eq!(plate, before.1);
         let sentence = stand_in(&project, 2).unwrap().unwrap().sentence;
-        assert!(
-            sentence.contains("Frame 2") && sentence.contains("frame 1 is shown"),
-            "{sentence}"
-        );
+        assert!(sentence.contains("Frame 2") && sentence.contains("frame 1 is shown"), "{sentence}");
         assert_eq!(stand_in(&project, 3).unwrap(), None);
         choice(&mut project, DamagedFrames::Black);
         let (frame, plate) = filmed(&project, 2).unwrap();
@@ -166,10 +151,7 @@ mod tests {
         }
         choose(&shoot, "hold");
         let held = import(&again, &shoot, &SETTINGS, &silent).unwrap();
-        assert_eq!(
-            Project::open(&again).unwrap().settings.shoot.damaged_frames,
-            DamagedFrames::Hold
-        );
+        assert_eq!(Project::open(&again).unwrap().settings.shoot.damaged_frames, DamagedFrames::Hold);
         assert_eq!(readable_frame(&held, 2).unwrap(), 1);
         // It needs no matte.
         for part in ["interview_masks", "exemplar_masks"] {

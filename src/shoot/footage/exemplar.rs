@@ -29,8 +29,7 @@ impl Exemplar {
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
         let reader = OlatReader::new(project, response, pose)?;
         let lamps = project.settings.shoot.lamps.len();
-        let olats =
-            (0..lamps).into_par_iter().map(|lamp| reader.read(lamp)).collect::<Result<_>>()?;
+        let olats = (0..lamps).into_par_iter().map(|lamp| reader.read(lamp)).collect::<Result<_>>()?;
         let missing = (0..lamps).filter(|&lamp| !project.has_olat(pose, lamp)).collect();
         Ok(Self { pose, olats, missing, mask: load_mask(project, &project.exemplar_matte(pose))? })
     }
@@ -54,19 +53,13 @@ impl Exemplar {
     ///
     /// # Errors
     /// When one of these OLATs cannot be read.
-    pub fn relit_by_all(
-        &self,
-        project: &Project,
-        response: &Response,
-        weights: &[[f32; 3]],
-    ) -> Result<Image> {
+    pub fn relit_by_all(&self, project: &Project, response: &Response, weights: &[[f32; 3]]) -> Result<Image> {
         const AT_A_TIME: usize = 16;
         let mut sum = self.relit(weights);
         let reader = OlatReader::new(project, response, self.pose)?;
         let others: Vec<usize> = (self.olats.len()..weights.len()).collect();
         for some in others.chunks(AT_A_TIME) {
-            let olats =
-                some.par_iter().map(|&lamp| reader.read(lamp)).collect::<Result<Vec<_>>>()?;
+            let olats = some.par_iter().map(|&lamp| reader.read(lamp)).collect::<Result<Vec<_>>>()?;
             for (olat, &lamp) in olats.iter().zip(some) {
                 add(&mut sum, olat, weights[lamp]);
             }

@@ -40,11 +40,7 @@ impl Frame {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_filmed(
-        project: &Project,
-        response: &Response,
-        index: usize,
-    ) -> Result<(Self, FilmedFrame)> {
+    pub fn load_filmed(project: &Project, response: &Response, index: usize) -> Result<(Self, FilmedFrame)> {
         Self::check_index(project, index)?;
         let stand_in = stand_in(project, index)?;
         let read = stand_in.as_ref().map_or(index, |stand_in| stand_in.held);
@@ -71,8 +67,7 @@ impl Frame {
                 "Provide a matte of the frame's size",
             ));
         }
-        let filmed =
-            FilmedFrame { framing: project.settings.framing.for_size(mask.size()), plate, mask };
+        let filmed = FilmedFrame { framing: project.settings.framing.for_size(mask.size()), plate, mask };
         Ok((filmed.at_working_size(index, project.settings.size), filmed))
     }
 }
@@ -98,11 +93,7 @@ impl FilmedFrame {
     /// The crop at the network's working size.
     fn at_working_size(&self, index: usize, size: usize) -> Frame {
         let square = self.square();
-        Frame {
-            index,
-            plate: resize_area(&square.plate, size, size),
-            mask: resize_area(&square.mask, size, size),
-        }
+        Frame { index, plate: resize_area(&square.plate, size, size), mask: resize_area(&square.mask, size, size) }
     }
 
     /// The square used by the network, at the plate's resolution; padded beyond the plate.

@@ -48,11 +48,7 @@ impl Frame {
 }
 
 /// Reads and crops an encoded picture, linearises it and averages it down to the working size in linear light.
-pub(super) fn load_linear(
-    project: &Project,
-    picture: &Picture,
-    response: &Response,
-) -> Result<Image> {
+pub(super) fn load_linear(project: &Project, picture: &Picture, response: &Response) -> Result<Image> {
     let settings = &project.settings;
     let linear = framed::read_framed_light(picture, &settings.framing, response)?;
     Ok(resize_area(&linear, settings.size, settings.size))

@@ -6,9 +6,7 @@ use super::movement::Movement;
 use super::strokes::Strokes;
 use base::error::{Error, Result};
 use imaging::{Encoded, Mask};
-use matte::{
-    Correction, Key, Seeds, boxed, by_clean_plate, corrected, followed, guessed, key, painted,
-};
+use matte::{Correction, Key, Seeds, boxed, by_clean_plate, corrected, followed, guessed, key, painted};
 use project::{Picture, Project};
 use std::path::Path;
 use std::sync::Arc;
@@ -63,11 +61,7 @@ impl FrameMattes {
     ///
     /// # Errors
     /// When the clean plate cannot be read.
-    pub fn new(
-        project: &Project,
-        settings: &MatteSettings,
-        person: Option<FindPerson>,
-    ) -> Result<Self> {
+    pub fn new(project: &Project, settings: &MatteSettings, person: Option<FindPerson>) -> Result<Self> {
         let plate = settings.clean_plate.as_deref();
         Ok(Self {
             project: project.clone(),
@@ -117,12 +111,8 @@ impl FrameMattes {
                 let near = near.into_iter().find(|(other, _)| other.abs_diff(frame) == 1);
                 // Only strokes confirm that the frames show the same person.
                 let near = near.filter(|_| !strokes.strokes.is_empty());
-                let Some((other, matte)) = near.cloned() else {
-                    return Err(named(unwrapped(why)));
-                };
-                let Some(flow) = self.movement.between(frame, other)? else {
-                    return Err(named(unwrapped(why)));
-                };
+                let Some((other, matte)) = near.cloned() else { return Err(named(unwrapped(why))) };
+                let Some(flow) = self.movement.between(frame, other)? else { return Err(named(unwrapped(why))) };
                 let trust = &flow.trust().pixels;
                 if trust.iter().sum::<f32>() < LEAST_TRUST * trust.len() as f32 {
                     return Err(named(Error::missing(
@@ -133,11 +123,7 @@ impl FrameMattes {
                 follows = true;
                 let matte = flow.warped_mask(&matte);
                 let found = followed(&picture, &matte, flow.trust(), &told).map_err(named)?;
-                if seeds.is_empty() {
-                    found
-                } else {
-                    corrected(&picture, &found, &told).map_err(named)?.matte
-                }
+                if seeds.is_empty() { found } else { corrected(&picture, &found, &told).map_err(named)?.matte }
             }
         };
         self.neighbour = Some((frame, found.mask.clone()));
@@ -188,9 +174,7 @@ impl FrameMattes {
 impl FrameMattes {
     /// Matte from the screen, or from a detected person. The first frame decides for all.
     fn found(&mut self, picture: &Encoded) -> Result<matte::Matte> {
-        let Some(person) = &self.person else {
-            return keyed(picture, &mut self.screen);
-        };
+        let Some(person) = &self.person else { return keyed(picture, &mut self.screen) };
         if !self.is_guessed {
             match keyed(picture, &mut self.screen) {
                 Err(Error::Missing { .. }) if self.screen.is_none() => (),
@@ -233,12 +217,8 @@ fn unwrapped(error: Arc<Error>) -> Error {
 /// Adds the name of the picture to the error.
 pub fn about(picture: &Picture, error: Error) -> Error {
     match error {
-        Error::Missing { problem, remedy } => {
-            Error::missing(format!("{}: {problem}", picture.display()), remedy)
-        }
-        Error::Invalid { problem, remedy } => {
-            Error::invalid(format!("{}: {problem}", picture.display()), remedy)
-        }
+        Error::Missing { problem, remedy } => Error::missing(format!("{}: {problem}", picture.display()), remedy),
+        Error::Invalid { problem, remedy } => Error::invalid(format!("{}: {problem}", picture.display()), remedy),
         other => other,
     }
 }

@@ -105,14 +105,10 @@ pub fn missing_matte(project: &Project) -> Option<Error> {
 
 pub(super) fn no_matte(file: &Path) -> Error {
     let folder = file.parent().filter(|folder| folder.is_dir());
-    let there =
-        folder.map_or_else(String::new, |folder| format!(": its folder {}", contents(folder)));
+    let there = folder.map_or_else(String::new, |folder| format!(": its folder {}", contents(folder)));
     Error::missing(
         format!("no matte {}{there}", file.display()),
-        (
-            "Make the mattes, or add your own as grey pictures of the same size",
-            "afterlight matte PROJECT",
-        ),
+        ("Make the mattes, or add your own as grey pictures of the same size", "afterlight matte PROJECT"),
     )
 }
 
@@ -140,11 +136,7 @@ pub fn read_encoded(picture: &Picture, framings: &Framings) -> Result<Encoded> {
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn read_framed_light(
-    picture: &Picture,
-    framings: &Framings,
-    response: &Response,
-) -> Result<Image> {
+pub fn read_framed_light(picture: &Picture, framings: &Framings, response: &Response) -> Result<Image> {
     Ok(framed(read_light(picture, response)?, framings))
 }
 
@@ -198,8 +190,7 @@ fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Ra
         (inside as usize, inside == at)
     };
     Raster::from_fn(side, side, |x, y| {
-        let ((x, x_inside), (y, y_inside)) =
-            (place(x, framing.x, width), place(y, framing.y, height));
+        let ((x, x_inside), (y, y_inside)) = (place(x, framing.x, width), place(y, framing.y, height));
         match outside {
             Some(outside) if !(x_inside && y_inside) => outside,
             _ => picture.at(x, y),
@@ -268,9 +259,7 @@ mod tests {
             read(&Project::open(&wide.root)?)
         };
         let (moved, moved_exemplar) = reframed(lower)?;
-        for (before, after) in
-            [(&frame.plate, &moved.plate), (&exemplar.olats[2], &moved_exemplar.olats[2])]
-        {
+        for (before, after) in [(&frame.plate, &moved.plate), (&exemplar.olats[2], &moved_exemplar.olats[2])] {
             for (x, y) in [(0, 0), (7, 3), (15, 12)] {
                 assert_eq!(after.at(x, y), before.at(x, y + 3));
             }

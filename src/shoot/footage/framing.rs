@@ -86,13 +86,7 @@ impl FrameSettings {
         }
         for (size, square) in sizes.into_iter().zip([self.interview, self.exemplars]) {
             if let Some((x, y, side)) = square {
-                aside.extend(project.frame(Framing {
-                    x,
-                    y,
-                    side,
-                    padding: self.padding,
-                    ..Framing::largest(size)
-                })?);
+                aside.extend(project.frame(Framing { x, y, side, padding: self.padding, ..Framing::largest(size) })?);
             }
         }
         let framing = &project.settings.framing;
@@ -128,8 +122,7 @@ pub(super) fn fitted(project: &Project, sizes: [(usize, usize); 2]) -> Result<Ve
     let looks = LOOKS.min(count);
     let frames = (0..looks).map(|i| i * (count - 1) / (looks - 1).max(1));
     let frames: Vec<Matte> = frames.map(|frame| project.frame_matte(frame)).collect();
-    let poses: Vec<Matte> =
-        (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose)).collect();
+    let poses: Vec<Matte> = (0..shoot.poses.len()).map(|pose| project.exemplar_matte(pose)).collect();
     let groups = if sizes[0] == sizes[1] {
         vec![(sizes[0], [frames, poses].concat())]
     } else {
@@ -178,11 +171,8 @@ impl Extent {
         let length = |[first, last]: [usize; 2]| last + 1 - first;
         let longest = length(self.columns).max(length(self.rows));
         let side = (longest as f64 * SPARE).ceil() as usize;
-        let from = |[first, last]: [usize; 2]| {
-            ((first + last + 1) as i64 - side as i64).div_euclid(2) as i32
-        };
-        Framing { x: from(self.columns), y: from(self.rows), side, ..Framing::largest(size) }
-            .bounded()
+        let from = |[first, last]: [usize; 2]| ((first + last + 1) as i64 - side as i64).div_euclid(2) as i32;
+        Framing { x: from(self.columns), y: from(self.rows), side, ..Framing::largest(size) }.bounded()
     }
 }
 
@@ -211,8 +201,7 @@ impl FrameReport {
                 framing.padding.name()
             )
         };
-        let mut text =
-            format!("Interview: {}. Poses: {}", said(&self.interview), said(&self.exemplars));
+        let mut text = format!("Interview: {}. Poses: {}", said(&self.interview), said(&self.exemplars));
         text += match self.damaged_frames {
             DamagedFrames::Stop => "",
             DamagedFrames::Hold => ". Damaged frames show the previous frame",

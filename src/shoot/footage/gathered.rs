@@ -14,9 +14,7 @@ pub type Gathered<'a> = [(Slot, &'a Candidate)];
 pub fn lamps(parts: &Gathered) -> Option<usize> {
     let candidates = |slot| parts.iter().filter(move |(is, _)| *is == slot).map(|(_, part)| part);
     let listed = candidates(Slot::Lamps).find_map(|list| list.lamps);
-    let shown = |ball: &&Candidate| {
-        round::find(&ball.light, ball.first, None).ok().map(|round| round.lamps.len())
-    };
+    let shown = |ball: &&Candidate| round::find(&ball.light, ball.first, None).ok().map(|round| round.lamps.len());
     listed.or_else(|| candidates(Slot::Balls).find_map(shown))
 }
 
@@ -46,9 +44,7 @@ pub fn misfit(parts: &Gathered, index: usize) -> Option<Misfit> {
     }
     let earlier = parts[..index].iter().any(|(is, _)| *is == slot);
     if earlier && slot != Slot::Pose {
-        return fact(
-            "Already present: remove one of them, or choose another type for this one".to_owned(),
-        );
+        return fact("Already present: remove one of them, or choose another type for this one".to_owned());
     }
     let is_list = part.lamps.is_some();
     match slot {
@@ -57,19 +53,16 @@ pub fn misfit(parts: &Gathered, index: usize) -> Option<Misfit> {
         _ if is_list => fact("This is a list of lamps".to_owned()),
         Slot::InterviewBall => None,
         Slot::Interview if part.frames < 2 => fact("An interview needs two or more".to_owned()),
-        Slot::Interview if part.jumps == Some(true) => guess(
-            "The brightness jumps from frame to frame, as in a lamp cycle: probably a pose"
-                .to_owned(),
-        ),
+        Slot::Interview if part.jumps == Some(true) => {
+            guess("The brightness jumps from frame to frame, as in a lamp cycle: probably a pose".to_owned())
+        }
         Slot::Interview => None,
         Slot::Balls | Slot::Pose if part.light.is_empty() => guess(match (part.jumps, slot) {
             (Some(true), _) => format!(
                 "{} frames are too many for a lamp cycle. Trim it, or give the frames in a map (docs/movies.md)",
                 part.frames
             ),
-            (_, Slot::Balls) => {
-                "Neither the highlight nor the brightness changes as in a lamp cycle".to_owned()
-            }
+            (_, Slot::Balls) => "Neither the highlight nor the brightness changes as in a lamp cycle".to_owned(),
             _ => "The brightness does not change as in a lamp cycle".to_owned(),
         }),
         Slot::Balls | Slot::Pose => fact(round::find(&part.light, part.first, lamps(parts)).err()?),
@@ -110,13 +103,9 @@ pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
     };
     let all = |slot: Slot| {
         let these = parts.iter().zip(&paths).filter(move |((is, _), _)| *is == slot);
-        these.map(|(_, path)| {
-            quoted(path.strip_prefix(&folder).unwrap_or(path)).map(|file| (file, path))
-        })
+        these.map(|(_, path)| quoted(path.strip_prefix(&folder).unwrap_or(path)).map(|file| (file, path)))
     };
-    let one = |slot: Slot| {
-        all(slot).next().transpose().map(|one| one.map(|(file, _)| file).unwrap_or_default())
-    };
+    let one = |slot: Slot| all(slot).next().transpose().map(|one| one.map(|(file, _)| file).unwrap_or_default());
     let mut text = format!("folder = {}\n", quoted(&project::relative(beside, &folder)?)?);
     if let Some(name) = name(parts) {
         let _ = writeln!(text, "name = {}", toml::Value::from(name));
@@ -225,13 +214,9 @@ mod tests {
         std::fs::create_dir(&root).unwrap();
         std::fs::write(root.join("shoot.toml"), map(&parts, &root).unwrap()).unwrap();
         let settings = ImportSettings { size: 16, seed: 1, layer: None };
-        let project =
-            import(&root, &root.join("shoot.toml"), &settings, &Progress::silent()).unwrap();
+        let project = import(&root, &root.join("shoot.toml"), &settings, &Progress::silent()).unwrap();
         let shoot = &project.settings.shoot;
-        assert_eq!(
-            (&*shoot.poses, shoot.lamps.len()),
-            (&["A002".to_owned(), "A003".to_owned()][..], LAMPS)
-        );
+        assert_eq!((&*shoot.poses, shoot.lamps.len()), (&["A002".to_owned(), "A003".to_owned()][..], LAMPS));
         assert_eq!((shoot.frames.len(), &*project.settings.name), (6, "day 1 \u{201c}A\u{201d}"));
         assert!(shoot.folder.is_relative());
         shown!(
@@ -249,8 +234,7 @@ mod tests {
             for i in 0..41 {
                 let [x, y] = spot(i);
                 let near = |u: usize, v: usize| u.abs_diff(x) < 2 && v.abs_diff(y) < 2;
-                let picture =
-                    Raster::from_fn(96, 64, |u, v| if near(u, v) { [0.9; 3] } else { [0.02; 3] });
+                let picture = Raster::from_fn(96, 64, |u, v| if near(u, v) { [0.9; 3] } else { [0.02; 3] });
                 let path = folder.join(format!("{i:02}.png"));
                 imaging::file::write_png(&path, &Encoded(picture)).unwrap();
             }
@@ -286,9 +270,7 @@ mod tests {
         let look = |file: &Path| Candidate::look(file);
         let (interview, pose, list) = (look(&files[0]), look(&files[1]), look(&list));
         let broken = look(&broken);
-        let said = |parts: &Gathered| {
-            misfit(parts, parts.len() - 1).map_or_else(String::new, |misfit| misfit.sentence)
-        };
+        let said = |parts: &Gathered| misfit(parts, parts.len() - 1).map_or_else(String::new, |misfit| misfit.sentence);
         for (parts, says) in [
             (&[(Slot::Interview, &pose)][..], "jumps"),
             (&[(Slot::Pose, &interview)], "does not change"),

@@ -11,8 +11,7 @@ use base::progress::Progress;
 use glam::Vec3;
 use imaging::file;
 use project::{
-    self, Corrections, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot,
-    relative,
+    self, Corrections, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, relative,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -38,12 +37,7 @@ pub struct ImportSettings {
 ///
 /// # Errors
 /// As [`plan_import`], and when `project.toml` cannot be written.
-pub fn import(
-    root: &Path,
-    shoot: &Path,
-    settings: &ImportSettings,
-    progress: &Progress,
-) -> Result<Project> {
+pub fn import(root: &Path, shoot: &Path, settings: &ImportSettings, progress: &Progress) -> Result<Project> {
     let project = plan_import(root, shoot, settings, &LampSettings::default(), progress)?;
     project.save()?;
     Ok(project)
@@ -216,10 +210,7 @@ fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &P
         let square = if framing == Framing::largest((width, height)) {
             "The network sees the largest square in their middle".to_owned()
         } else {
-            format!(
-                "The network sees the {} pixels from {}, {} around the subject",
-                framing.side, framing.x, framing.y
-            )
+            format!("The network sees the {} pixels from {}, {} around the subject", framing.side, framing.x, framing.y)
         };
         if width != height {
             progress.advise(
@@ -250,9 +241,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         let is_none = |matte: &Matte| !matte.file().exists();
         if !project.shoot_path(folder).exists() && mattes.iter().any(is_none) {
             progress.advise(
-                format!(
-                    "The shoot has no {folder}/. Make the mattes before you calibrate and train"
-                ),
+                format!("The shoot has no {folder}/. Make the mattes before you calibrate and train"),
                 "afterlight matte PROJECT",
             );
             return Ok(());
@@ -272,11 +261,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
     let olats = poses.clone().flat_map(|p| project.pose_lamps(p).into_iter().map(move |l| (p, l)));
     let olats = olats.map(|(p, l)| project.olat_picture(p, l)).collect();
     let olat_size = group("checking OLATs", olats)?;
-    mattes(
-        "exemplar_masks",
-        poses.map(|p| project.exemplar_matte(p)).collect(),
-        (&project.first_olat(0), olat_size),
-    )?;
+    mattes("exemplar_masks", poses.map(|p| project.exemplar_matte(p)).collect(), (&project.first_olat(0), olat_size))?;
     // A long movie has a million frames of one size.
     let frames = match &shoot.frames {
         Frames::Named(names) => 0..names.len(),
@@ -297,11 +282,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         let count = movies::open(&file)?.count()?;
         if count != shoot.frames.len() as u64 {
             return Err(Error::invalid(
-                format!(
-                    "{} holds {count} mattes for {} interview frames",
-                    file.display(),
-                    shoot.frames.len()
-                ),
+                format!("{} holds {count} mattes for {} interview frames", file.display(), shoot.frames.len()),
                 (
                     "Provide one matte per frame, or remove the folder to let Afterlight do so",
                     "afterlight matte PROJECT",
@@ -373,10 +354,7 @@ const WITHOUT_BALLS: &str = "No mirror balls: the lamps' directions are those of
                              interview's light from the subject, and the camera's response only if a frame shows a pose: \
                              otherwise give it with --gamma. Backgrounds and the subject may differ in brightness";
 
-fn differs(
-    (picture, size): (&Picture, (usize, usize)),
-    (reference, expected): (&Picture, (usize, usize)),
-) -> Error {
+fn differs((picture, size): (&Picture, (usize, usize)), (reference, expected): (&Picture, (usize, usize))) -> Error {
     Error::other_size(
         (picture.display(), size),
         (reference.display(), expected),
@@ -420,12 +398,8 @@ mod tests {
     fn lamps_are_matched_with_a_list_by_name_and_a_list_of_some_names_those_to_learn() {
         let folder = tempfile::tempdir().unwrap();
         let shoot = folder.path().join("shoot");
-        let stage = virtual_stage::StageSettings {
-            frames: 1,
-            size: 16,
-            lamps: 4,
-            ..virtual_stage::StageSettings::default()
-        };
+        let stage =
+            virtual_stage::StageSettings { frames: 1, size: 16, lamps: 4, ..virtual_stage::StageSettings::default() };
         let silent = Progress::silent();
         virtual_stage::write_shoot(&shoot, &stage, &silent).unwrap();
         // The manifest's own directions count more than a list's.
@@ -445,19 +419,9 @@ mod tests {
                 &[][..],
                 &[Vec3::Y, Vec3::X, Vec3::Z, Vec3::new(0.0, 0.6, 0.8)][..],
             ),
-            (
-                "2\nolat_03.jpg 1 0 0\nolat_01.jpg 0 1 0\n",
-                &["olat_01", "olat_03"],
-                &["olat_00", "olat_02"],
-                &[],
-            ),
+            ("2\nolat_03.jpg 1 0 0\nolat_01.jpg 0 1 0\n", &["olat_01", "olat_03"], &["olat_00", "olat_02"], &[]),
             // Names of other pictures.
-            (
-                "2\nkey.jpg 1 0 0\nolat_01.jpg 0 1 0\n",
-                &["olat_00", "olat_01", "olat_02", "olat_03"],
-                &[],
-                &[],
-            ),
+            ("2\nkey.jpg 1 0 0\nolat_01.jpg 0 1 0\n", &["olat_00", "olat_01", "olat_02", "olat_03"], &[], &[]),
         ] {
             std::fs::write(&list, text).unwrap();
             let root = folder.path().join("project");

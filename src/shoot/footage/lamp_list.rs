@@ -12,16 +12,14 @@ use std::path::Path;
 
 /// Largest number of lamps in a list.
 const MOST: usize = 100_000;
-const REMEDY: &str =
-    "Write a line `name x y z` for each lamp, its columns separated by tabs or semicolons";
+const REMEDY: &str = "Write a line `name x y z` for each lamp, its columns separated by tabs or semicolons";
 
 /// Names, without folder and extension, and unit directions of a list.
 ///
 /// # Errors
 /// When it cannot be read or is not a valid list; the error gives the line.
 pub fn read(path: &Path) -> Result<Vec<(String, Vec3)>> {
-    let text =
-        files::read_text(path, files::MOST_TEXT).map_err(|e| Error::io("open", path, e, REMEDY))?;
+    let text = files::read_text(path, files::MOST_TEXT).map_err(|e| Error::io("open", path, e, REMEDY))?;
     parse(&text).map_err(|cause| Error::codec("read", path, cause, REMEDY))
 }
 
@@ -70,9 +68,9 @@ fn is_heading(line: &str) -> bool {
     let words: Vec<String> = words.filter(|word| !word.is_empty()).map(str::to_lowercase).collect();
     let axes = words.iter().rev().zip(["z", "y", "x"]);
     words.len() >= 3
-        && axes.into_iter().all(|(word, axis)| {
-            word.parse::<f32>().is_err() && (word.starts_with(axis) || word.ends_with(axis))
-        })
+        && axes
+            .into_iter()
+            .all(|(word, axis)| word.parse::<f32>().is_err() && (word.starts_with(axis) || word.ends_with(axis)))
 }
 
 /// Name and direction in a line.
@@ -161,9 +159,8 @@ fn number(text: &str) -> Option<f32> {
         None => text.parse().ok(),
         Some((whole, fraction)) => {
             let is_digit = |letter: Option<char>| letter.is_some_and(|l| l.is_ascii_digit());
-            let is_decimal = is_digit(whole.chars().next_back())
-                && is_digit(fraction.chars().next())
-                && !fraction.contains(',');
+            let is_decimal =
+                is_digit(whole.chars().next_back()) && is_digit(fraction.chars().next()) && !fraction.contains(',');
             is_decimal.then(|| format!("{whole}.{fraction}").parse().ok())?
         }
     }

@@ -106,10 +106,9 @@ impl LampSettings {
             return Ok(all.clone());
         }
         match self.pose.iter().find(|pose| !all.contains(pose)) {
-            Some(pose) => Err(Error::missing(
-                format!("the shoot has no pose {pose}"),
-                format!("Choose from {}", all.join(", ")),
-            )),
+            Some(pose) => {
+                Err(Error::missing(format!("the shoot has no pose {pose}"), format!("Choose from {}", all.join(", "))))
+            }
             None => Ok(self.pose.clone()),
         }
     }
@@ -125,8 +124,7 @@ impl LampSettings {
         });
         let pose = self.pose.iter().map(|pose| ("pose", pose.clone()));
         let all = leave_out.chain(exchange).chain(shift).chain(mirror).chain(pose);
-        let all: Vec<String> =
-            all.map(|(name, value)| format!("--{name} {}", quoted(&value))).collect();
+        let all: Vec<String> = all.map(|(name, value)| format!("--{name} {}", quoted(&value))).collect();
         all.join(" ")
     }
 
@@ -152,12 +150,10 @@ impl LampSettings {
 impl LampReport {
     /// Sentences on the lamps and their corrections.
     pub fn sentence(&self) -> String {
-        let mut lines =
-            vec![format!("{}: {}", counted(self.lamps.len(), "lamp"), self.lamps.join(", "))];
+        let mut lines = vec![format!("{}: {}", counted(self.lamps.len(), "lamp"), self.lamps.join(", "))];
         lines.extend(lacks(&self.missing));
         for (pose, files) in &self.exchanged {
-            let files: Vec<String> =
-                files.iter().map(|(lamp, file)| format!("{lamp} from {file}")).collect();
+            let files: Vec<String> = files.iter().map(|(lamp, file)| format!("{lamp} from {file}")).collect();
             lines.push(format!("{pose} exchanged: {}", files.join(", ")));
         }
         for axis in &self.mirrored_balls {
@@ -167,10 +163,7 @@ impl LampReport {
             });
         }
         if let Some(aside) = &self.aside {
-            lines.push(format!(
-                "The previous calibration and network are in {}. Calibrate again",
-                aside.display()
-            ));
+            lines.push(format!("The previous calibration and network are in {}. Calibrate again", aside.display()));
         }
         lines.join("\n")
     }
@@ -180,10 +173,7 @@ impl LampReport {
 fn known(project: &Project, name: &str) -> Result<String> {
     let shoot = &project.settings.shoot;
     shoot.all_lamps().find(|lamp| *lamp == name).cloned().ok_or_else(|| {
-        Error::missing(
-            format!("the shoot has no lamp {name}"),
-            ("List its lamps", "afterlight lamps PROJECT"),
-        )
+        Error::missing(format!("the shoot has no lamp {name}"), ("List its lamps", "afterlight lamps PROJECT"))
     })
 }
 
@@ -254,8 +244,7 @@ fn leave_out(project: &mut Project, poses: &[String], lamp: &String) -> Result<(
         shoot.lamps.retain(|other| other != lamp);
         shoot.other_lamps.retain(|other| other != lamp);
     }
-    let few = (0..project.settings.shoot.poses.len())
-        .find(|&pose| project.pose_lamps(pose).len() < FEWEST);
+    let few = (0..project.settings.shoot.poses.len()).find(|&pose| project.pose_lamps(pose).len() < FEWEST);
     if few.is_some() || project.settings.shoot.lamps.len() < FEWEST {
         return Err(Error::invalid(
             format!("without {lamp}, fewer than {FEWEST} lamps are left"),

@@ -11,8 +11,7 @@ use virtual_stage::{StageSettings, write_shoot};
 /// A project of a stage with three poses, and its folder.
 fn staged(folder: &Path, before: impl FnOnce(&Path)) -> Result<Project> {
     let shoot = folder.join("shoot");
-    let stage =
-        StageSettings { frames: 2, size: 32, lamps: 8, poses: 3, ..StageSettings::default() };
+    let stage = StageSettings { frames: 2, size: 32, lamps: 8, poses: 3, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &Progress::silent())?;
     before(&shoot);
     let settings = ImportSettings { size: 32, seed: 1, layer: None };
@@ -39,11 +38,8 @@ fn an_exchange_undoes_itself_and_a_shift_is_undone_by_the_other() -> Result<()> 
     let mut project = staged(folder.path(), |_| ())?;
     let (before, lamps) = (project.clone(), names(&project));
     let [pose, a, b] = ["pose01", &lamps[2], &lamps[5]].map(str::to_owned);
-    let exchange = LampSettings {
-        exchange: vec![[a.clone(), b.clone()]],
-        pose: vec![pose.clone()],
-        ..LampSettings::default()
-    };
+    let exchange =
+        LampSettings { exchange: vec![[a.clone(), b.clone()]], pose: vec![pose.clone()], ..LampSettings::default() };
     exchange.run(&mut project)?;
     let mut exchanged = lamps.clone();
     exchanged.swap(2, 5);
@@ -70,8 +66,7 @@ fn an_exchange_undoes_itself_and_a_shift_is_undone_by_the_other() -> Result<()> 
 }
 
 #[test]
-fn a_lamp_left_out_of_a_pose_is_a_sum_of_its_others_and_one_left_out_of_all_is_gone() -> Result<()>
-{
+fn a_lamp_left_out_of_a_pose_is_a_sum_of_its_others_and_one_left_out_of_all_is_gone() -> Result<()> {
     let folder = tempfile::tempdir().unwrap();
     let mut project = staged(folder.path(), |_| ())?;
     let lamps = names(&project);

@@ -33,8 +33,7 @@ pub fn notes(project: &Project) -> Vec<String> {
 
 /// Sentence on the files of systems and file managers beside the pictures.
 fn clutter(project: &Project) -> Option<String> {
-    let mut found: Vec<PathBuf> =
-        folders(project).iter().flat_map(|folder| clutter_in(folder)).collect();
+    let mut found: Vec<PathBuf> = folders(project).iter().flat_map(|folder| clutter_in(folder)).collect();
     found.sort_by(|a, b| natural_order(a, b));
     let root = project.shoot_path("");
     let first = found.first()?;

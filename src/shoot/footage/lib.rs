@@ -44,8 +44,8 @@ pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
 pub use frame_mattes::{FindPerson, FrameMatte, FrameMattes};
 pub use framed::{
-    cut_picture, dimensions, is_scene_linear, missing_matte, read_encoded, read_framed_light,
-    read_light, read_linear, read_mask, read_matte, read_picture,
+    cut_picture, dimensions, is_scene_linear, missing_matte, read_encoded, read_framed_light, read_light, read_linear,
+    read_mask, read_matte, read_picture,
 };
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};

@@ -95,20 +95,14 @@ impl Map {
     /// # Errors
     /// When it cannot be read or is incomplete.
     pub fn read(path: &Path) -> Result<Self> {
-        const REMEDY: &str = "Write it as in docs/movies.md: [interview], [balls] or a list of lamps, and a [[pose]] for each pose";
-        let text = files::read_text(path, files::MOST_TEXT)
-            .map_err(|e| Error::io("open", path, e, REMEDY))?;
-        let map: Self =
-            toml::from_str(&text).map_err(|e| Error::codec("read", path, e.message(), REMEDY))?;
+        const REMEDY: &str =
+            "Write it as in docs/movies.md: [interview], [balls] or a list of lamps, and a [[pose]] for each pose";
+        let text = files::read_text(path, files::MOST_TEXT).map_err(|e| Error::io("open", path, e, REMEDY))?;
+        let map: Self = toml::from_str(&text).map_err(|e| Error::codec("read", path, e.message(), REMEDY))?;
         let mut names: Vec<&String> = map.poses.iter().map(|pose| &pose.name).collect();
         names.sort();
         if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(Error::codec(
-                "read",
-                path,
-                format!("pose {} appears twice", pair[0]),
-                REMEDY,
-            ));
+            return Err(Error::codec("read", path, format!("pose {} appears twice", pair[0]), REMEDY));
         }
         let has_list = matches!(map.lamps, Some(Lamps::List(_)));
         let fault = match (&map.balls, &map.interview.ball) {
@@ -160,8 +154,7 @@ impl Map {
                 "Correct `frames` of [interview]: the first frame and the last",
             ));
         }
-        let clip =
-            Clip { movie: file, first: start, count: last - start + 1, alpha: source.has_alpha() };
+        let clip = Clip { movie: file, first: start, count: last - start + 1, alpha: source.has_alpha() };
         Ok((clip, source.frame_rate()))
     }
 

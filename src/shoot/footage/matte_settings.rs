@@ -22,8 +22,7 @@ pub struct MatteSettings {
 }
 
 fn parse_box(text: &str) -> std::result::Result<[usize; 4], String> {
-    let numbers: std::result::Result<Vec<usize>, _> =
-        text.split(',').map(|n| n.trim().parse()).collect();
+    let numbers: std::result::Result<Vec<usize>, _> = text.split(',').map(|n| n.trim().parse()).collect();
     let four = numbers.ok().and_then(|numbers| numbers.try_into().ok());
     four.ok_or_else(|| format!("expected LEFT,TOP,WIDTH,HEIGHT in whole pixels, found {text:?}"))
 }

@@ -63,23 +63,16 @@ impl MattesReport {
             counts.map(|(count, name)| counted(count, name)).collect::<Vec<_>>().join(" and ")
         };
         let made = counts([(self.frames, "interview matte"), (self.poses, "pose matte")]);
-        let mut text = if made.is_empty() {
-            "No matte is missing.".to_owned()
-        } else {
-            format!("{made} made.")
-        };
+        let mut text = if made.is_empty() { "No matte is missing.".to_owned() } else { format!("{made} made.") };
         if let Some(screen) = self.screen {
             text += &format!(" {}{} screen found.", screen[..1].to_uppercase(), &screen[1..]);
         }
         let guessed = counts([(self.guessed, "frame"), (self.guessed_poses, "pose")]);
         if !guessed.is_empty() {
-            text += &format!(
-                " Without a screen, a network found the person in {guessed}: check their mattes."
-            );
+            text += &format!(" Without a screen, a network found the person in {guessed}: check their mattes.");
         }
         if let (Some(after), Some(before)) = (self.flicker, self.flicker_before) {
-            text +=
-                &format!(" Edges flicker by {after:.4} ({before:.4} before averaging over time).");
+            text += &format!(" Edges flicker by {after:.4} ({before:.4} before averaging over time).");
         }
         if self.painted + self.followed > 0 {
             text += &format!(
@@ -89,10 +82,7 @@ impl MattesReport {
             );
         }
         if self.painted_kept > 0 {
-            text += &format!(
-                " {} with strokes kept their old mattes.",
-                counted(self.painted_kept, "frame")
-            );
+            text += &format!(" {} with strokes kept their old mattes.", counted(self.painted_kept, "frame"));
         }
         text
     }
@@ -144,9 +134,7 @@ pub fn make_mattes(
 fn is_wanted(matte: project::Matte, own: &Path, replace: bool) -> bool {
     match matte {
         project::Matte::Alpha(_) => false,
-        project::Matte::Grey(picture) => {
-            !picture.file().is_file() || (replace && picture.file() == own)
-        }
+        project::Matte::Grey(picture) => !picture.file().is_file() || (replace && picture.file() == own),
     }
 }
 
@@ -167,18 +155,14 @@ fn frames(
 ) -> Result<()> {
     let count = project.settings.shoot.frames.len();
     let own = |frame| project.frame_matte_path(frame);
-    let wanted: Vec<bool> = (0..count)
-        .map(|frame| is_wanted(project.frame_matte(frame), &own(frame), settings.replace))
-        .collect();
+    let wanted: Vec<bool> =
+        (0..count).map(|frame| is_wanted(project.frame_matte(frame), &own(frame), settings.replace)).collect();
     let strokes = Strokes::load(project)?;
     let painted = strokes.frames();
-    let is_kept =
-        |frame: &&usize| !wanted[**frame] && super::strokes::is_own_matte(project, **frame);
+    let is_kept = |frame: &&usize| !wanted[**frame] && super::strokes::is_own_matte(project, **frame);
     report.painted_kept = painted.iter().filter(is_kept).count();
     report.kept += wanted.iter().filter(|wanted| !**wanted).count();
-    let Some(first) = wanted.iter().position(|wanted| *wanted) else {
-        return Ok(());
-    };
+    let Some(first) = wanted.iter().position(|wanted| *wanted) else { return Ok(()) };
     // Where only strokes show the subject, frames follow the painted ones: first forwards, then backwards.
     let telling = painted.iter().find(|frame| strokes.tell_both(**frame));
     let start = match telling.or(painted.first()) {
@@ -260,11 +244,7 @@ fn poses(
 
 /// Matte of a pose, and if a network found the person: from its brightest values under all lamps by a screen, else by the
 /// network from the mean of its OLATs, else by brightness.
-fn pose_matte(
-    project: &Project,
-    pose: usize,
-    person: Option<&FindPerson>,
-) -> Result<(matte::Matte, bool)> {
+fn pose_matte(project: &Project, pose: usize, person: Option<&FindPerson>) -> Result<(matte::Matte, bool)> {
     let mut lit_by_all: Option<(Encoded, Image)> = None;
     for lamp in project.pose_lamps(pose) {
         let picture = project.olat_picture(pose, lamp);
@@ -289,8 +269,8 @@ fn pose_matte(
         }
     }
     let picture = project.first_olat(pose);
-    let (brightest, sum) = lit_by_all
-        .ok_or_else(|| Error::missing("the shoot has no lamps", "Import a shoot with OLATs"))?;
+    let (brightest, sum) =
+        lit_by_all.ok_or_else(|| Error::missing("the shoot has no lamps", "Import a shoot with OLATs"))?;
     let matte = match key(&brightest) {
         Ok(key) => key.matte(&brightest).map(|matte| (matte, false)),
         Err(_) => match person.map(|person| guessed(&exposed(&sum), person)) {

@@ -53,10 +53,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let own = &missing[0].1;
     let painted = Mask::filled(64, 64, 1.0);
     file::write_mask_png(own, &painted).unwrap();
-    assert_eq!(
-        make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap().kept,
-        3 + poses
-    );
+    assert_eq!(make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap().kept, 3 + poses);
     assert_eq!(file::read_mask(own).unwrap(), painted);
     let again = make_mattes(&root, &again_all(), None, &silent).unwrap();
     assert_eq!((again.frames, again.poses, again.kept), (2, 1, poses));
@@ -67,16 +64,14 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     let picture = project.frame_picture(0).file().to_owned();
     let grey = Encoded(imaging::Raster::filled(64, 64, [0.5; 3]));
     file::write_png(&picture, &grey).unwrap();
-    let said =
-        make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap_err().to_string();
+    let said = make_mattes(&root, &MatteSettings::default(), None, &silent).unwrap_err().to_string();
     assert!(said.contains("frame_000.png") && said.contains("screen"), "{said}");
     // Unless a detector finds the person.
     let middle = |_: &Encoded| {
         let inside = |at: usize| (4..12).contains(&at);
         Ok(Mask::from_fn(16, 16, |x, y| f32::from(u8::from(inside(x) && inside(y)))))
     };
-    let found =
-        make_mattes(&root, &MatteSettings::default(), Some(Box::new(middle)), &silent).unwrap();
+    let found = make_mattes(&root, &MatteSettings::default(), Some(Box::new(middle)), &silent).unwrap();
     assert_eq!((found.frames, found.guessed, found.screen), (1, 1, None));
     assert!(found.sentence().contains("found the person in 1"), "{}", found.sentence());
     let matte = file::read_mask(own).unwrap();
@@ -84,8 +79,7 @@ fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
     // And unless it finds none.
     std::fs::remove_file(own).unwrap();
     let nobody = |_: &Encoded| Ok(Mask::filled(16, 16, 0.1));
-    let said =
-        make_mattes(&root, &MatteSettings::default(), Some(Box::new(nobody)), &silent).unwrap_err();
+    let said = make_mattes(&root, &MatteSettings::default(), Some(Box::new(nobody)), &silent).unwrap_err();
     let said = said.to_string();
     assert!(said.contains("frame_000.png") && said.contains("nor a person"), "{said}");
 }
@@ -245,8 +239,7 @@ fn a_box_serves_a_whole_project() {
 fn a_clean_plate_serves_a_whole_project() {
     let (iou, off) = worst(3, |stage| {
         let clean_plate = Some(stage.before_a_wall());
-        let said =
-            make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
+        let said = make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
         let said = said.unwrap_err().for_terminal();
         assert!(said.contains("--clean-plate") && said.contains("paint"), "{said}");
         let settings = MatteSettings { clean_plate, ..MatteSettings::default() };
@@ -282,8 +275,7 @@ fn strokes_on_one_frame_serve_the_others() {
     let strokes = Strokes { strokes: vec![stroke] };
     strokes.save(&stage.project).unwrap();
     assert_eq!(Strokes::load(&stage.project).unwrap(), strokes);
-    let kept =
-        make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
+    let kept = make_mattes(&stage.project.root, &MatteSettings::default(), None, &Progress::silent());
     assert!(kept.unwrap().sentence().contains("kept their old mattes"));
     let (report, iou, off) = stage.made(&again_all());
     assert_eq!((report.painted, report.followed), (1, 0));
@@ -301,14 +293,8 @@ fn frames_before_a_wall_follow_the_painted_one() {
         let stroke = |side, points| Stroke { frame: 2, side, radius: 3.0, points };
         let strokes = Strokes {
             strokes: vec![
-                stroke(
-                    BrushSide::Keep,
-                    vec![[x, y - 14.0], [x, 124.0], [x - 25.0, 124.0], [x + 25.0, 124.0]],
-                ),
-                stroke(
-                    BrushSide::Remove,
-                    vec![[4.0, 80.0], [4.0, 4.0], [124.0, 4.0], [124.0, 80.0]],
-                ),
+                stroke(BrushSide::Keep, vec![[x, y - 14.0], [x, 124.0], [x - 25.0, 124.0], [x + 25.0, 124.0]]),
+                stroke(BrushSide::Remove, vec![[4.0, 80.0], [4.0, 4.0], [124.0, 4.0], [124.0, 80.0]]),
                 stroke(BrushSide::Remove, vec![[20.0, 20.0], [20.0, 70.0]]),
                 stroke(BrushSide::Remove, vec![[106.0, 20.0], [106.0, 70.0]]),
             ],
@@ -360,8 +346,7 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
 fn filmed(pictures: &[Encoded], truths: Vec<Mask>) -> Stage {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage =
-        StageSettings { frames: pictures.len(), size: 16, lamps: 4, ..StageSettings::default() };
+    let stage = StageSettings { frames: pictures.len(), size: 16, lamps: 4, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &silent).unwrap();
     std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
     let settings = ImportSettings { size: 16, seed: 1, layer: None };
@@ -377,19 +362,14 @@ fn mattes_of_filmed_frames_flicker_less_than_each_by_itself() {
     let mut said = Vec::new();
     if let Some(shoot) = test_support::shared("data/stage") {
         let named = |frame: usize| format!("frame_{frame:03}.png");
-        let pictures: Vec<_> = (0..40)
-            .map(|i| file::read_encoded(&shoot.join("interview").join(named(i))).unwrap())
-            .collect();
-        let truths = (0..40)
-            .map(|i| file::read_mask(&shoot.join("interview_masks").join(named(i))).unwrap())
-            .collect();
+        let pictures: Vec<_> =
+            (0..40).map(|i| file::read_encoded(&shoot.join("interview").join(named(i))).unwrap()).collect();
+        let truths = (0..40).map(|i| file::read_mask(&shoot.join("interview_masks").join(named(i))).unwrap()).collect();
         let (report, iou, off) = filmed(&pictures, truths).made(&MatteSettings::default());
         assert!(iou >= 0.985 && off <= 0.01, "{iou}, {off}");
         let (after, before) = (report.flicker.unwrap(), report.flicker_before.unwrap());
         assert!(after < before, "{before} to {after}");
-        said.push(format!(
-            "a shoot of 40 frames {before:.4} to {after:.4}, IoU {iou:.4}, mean error {off:.4}"
-        ));
+        said.push(format!("a shoot of 40 frames {before:.4} to {after:.4}, IoU {iou:.4}, mean error {off:.4}"));
     }
     if let Some(footage) = test_support::shared("data/footage") {
         let movie = movies::open(&footage.join("d0.mp4")).unwrap();

@@ -49,12 +49,7 @@ pub fn find(project: &Project, response: &Response, pose: usize) -> Result<Vec<M
 ///
 /// # Errors
 /// When a picture cannot be read, or no pose has a missing lamp.
-pub fn fill_missing(
-    project: &Project,
-    response: &Response,
-    pose: usize,
-    olats: &mut [Image],
-) -> Result<()> {
+pub fn fill_missing(project: &Project, response: &Response, pose: usize, olats: &mut [Image]) -> Result<()> {
     for missing in find(project, response, pose)? {
         let mut sum = Image::filled(olats[0].width, olats[0].height, [0.0; 3]);
         for &(other, weight) in &missing.weights {
@@ -76,8 +71,7 @@ pub(super) fn add(sum: &mut Image, olat: &Image, weight: [f32; 3]) {
 
 fn fit(project: &Project, response: &Response, pose: usize, lamp: usize) -> Result<MissingOlat> {
     let shoot = &project.settings.shoot;
-    let teachers: Vec<usize> =
-        (0..shoot.poses.len()).filter(|&other| project.has_olat(other, lamp)).collect();
+    let teachers: Vec<usize> = (0..shoot.poses.len()).filter(|&other| project.has_olat(other, lamp)).collect();
     let mut used = project.pose_lamps(pose);
     used.retain(|&other| teachers.iter().all(|&teacher| project.has_olat(teacher, other)));
     if teachers.is_empty() || used.is_empty() {
@@ -95,10 +89,8 @@ fn fit(project: &Project, response: &Response, pose: usize, lamp: usize) -> Resu
     let mut problems = [0, 1, 2].map(|_| Normal::new(used.len()));
     for teacher in teachers {
         let target = small(teacher, lamp)?;
-        let others =
-            used.par_iter().map(|&other| small(teacher, other)).collect::<Result<Vec<_>>>()?;
-        let mask: Mask =
-            resize_area(&read_mask(&project.exemplar_matte(teacher), framings)?, SIDE, SIDE);
+        let others = used.par_iter().map(|&other| small(teacher, other)).collect::<Result<Vec<_>>>()?;
+        let mask: Mask = resize_area(&read_mask(&project.exemplar_matte(teacher), framings)?, SIDE, SIDE);
         for at in (0..SIDE * SIDE).filter(|&at| mask.pixels[at] > SOLID) {
             for (c, problem) in problems.iter_mut().enumerate() {
                 let row: Vec<f64> = others.iter().map(|o| f64::from(o.pixels[at][c])).collect();

@@ -90,24 +90,20 @@ impl Correction {
     /// # Errors
     /// When the calibration or the pose's matte cannot be read.
     pub fn new(project: &Project, pose: usize) -> Result<Option<Self>> {
-        const REMEDY: (&str, &str) =
-            ("Calibrate the project again", "afterlight calibrate PROJECT");
+        const REMEDY: (&str, &str) = ("Calibrate the project again", "afterlight calibrate PROJECT");
         let path = project.calibration_path();
         if !path.exists() {
             return Ok(None);
         }
         let text = project::read_sealed(&path, REMEDY)?;
-        let kept: Kept =
-            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let kept: Kept = toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let name = &project.settings.shoot.poses[pose];
         let found = kept.motion.and_then(|motion| {
             let is_corrected = |p: &PoseMotion| p.pose == *name && p.corrected;
             let shifts = motion.poses.into_iter().find(is_corrected)?.shifts;
             Some((motion.lamps, shifts))
         });
-        let Some((lamps, shifts)) = found else {
-            return Ok(None);
-        };
+        let Some((lamps, shifts)) = found else { return Ok(None) };
         let is_sound = |shift: &Shift| shift.iter().all(|v| v.abs() < 1.0);
         if shifts.len() != lamps.len() || !shifts.iter().all(is_sound) {
             return Err(Error::invalid(
@@ -146,9 +142,7 @@ pub fn head_share(matte: &Mask) -> Mask {
 pub fn head_turn(matte: &Mask) -> Mask {
     let Outline { rows, head, widest } = Outline::from_matte(matte);
     Raster::from_fn(matte.width, matte.height, |x, y| {
-        let Some([left, right]) = rows[y] else {
-            return 0.0;
-        };
+        let Some([left, right]) = rows[y] else { return 0.0 };
         let half = 0.5 * (right - left);
         let across = (x as f32 + 0.5 - 0.5 * (left + right)) / half.max(0.5);
         let depth = (1.0 - across * across).max(0.0).sqrt() * (half / widest).min(1.0);
@@ -237,12 +231,7 @@ pub fn unmoved(picture: &Image, head: &Mask, shift: Shift) -> Image {
 /// Weights of four neighbours for a place `t` between the middle two (Catmull and Rom 1974).
 fn cubic(t: f32) -> [f32; 4] {
     let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-    ]
+    [0.5 * (-t3 + 2.0 * t2 - t), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (-3.0 * t3 + 4.0 * t2 + t), 0.5 * (t3 - t2)]
 }
 
 #[cfg(test)]
@@ -271,9 +260,7 @@ mod tests {
         }
         assert!((29..34).any(|y| (0.2..0.8).contains(&share.at(31, y))), "the neck");
         assert!((1..64).all(|y| share.at(31, y) <= share.at(31, y - 1)));
-        let ball = Raster::from_fn(64, 64, |x, y| {
-            f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
-        });
+        let ball = Raster::from_fn(64, 64, |x, y| f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0));
         for whole in [ball, Raster::filled(64, 64, 0.0), Raster::filled(0, 0, 0.0)] {
             assert!(head_share(&whole).pixels.iter().all(|&share| share == 1.0));
         }
@@ -285,9 +272,7 @@ mod tests {
         assert!(turn.at(31, 20) > 0.95, "the face's middle");
         assert!(turn.at(21, 20) < 0.65 * turn.at(31, 20), "beside the outline");
         assert!((40..64).all(|y| (0..64).all(|x| turn.at(x, y) < 0.1)), "the shoulders");
-        let ball = Raster::from_fn(64, 64, |x, y| {
-            f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
-        });
+        let ball = Raster::from_fn(64, 64, |x, y| f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0));
         assert!(head_turn(&ball).at(31, 45) > 0.5, "without shoulders everything is head");
         assert!(head_turn(&Raster::filled(8, 8, 0.0)).pixels.iter().all(|v| *v == 0.0));
     }

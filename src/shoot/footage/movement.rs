@@ -40,9 +40,7 @@ impl Movement {
         let mut at = from;
         while at != to {
             let next = if to > at { at + 1 } else { at - 1 };
-            let Some(step) = self.step(at, next)? else {
-                return Ok(None);
-            };
+            let Some(step) = self.step(at, next)? else { return Ok(None) };
             whole = Some(match whole {
                 Some(so_far) => so_far.then(&step),
                 None => step,

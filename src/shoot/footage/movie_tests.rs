@@ -1,9 +1,6 @@
 //! Shoots with movies, compared with the same shoot as files.
 
-use crate::{
-    BehindReader, Exemplar, Frame, ImportSettings, TrackingFrames, import, picture_behind,
-    read_picture,
-};
+use crate::{BehindReader, Exemplar, Frame, ImportSettings, TrackingFrames, import, picture_behind, read_picture};
 use base::progress::Progress;
 use imaging::{Image, Response};
 use movies::Source;
@@ -102,8 +99,8 @@ fn compare(files: &Project, movies: &Project) {
         let seen = |pictures: &[Picture]| read_picture(&pictures[1]).unwrap().0;
         assert!(near(&seen(&a.pictures), &seen(&b.pictures)));
     }
-    let [a, b] = [files, movies]
-        .map(|p| p.probe_pictures().iter().map(|p| read_picture(p).unwrap().0).collect::<Vec<_>>());
+    let [a, b] =
+        [files, movies].map(|p| p.probe_pictures().iter().map(|p| read_picture(p).unwrap().0).collect::<Vec<_>>());
     assert_eq!(a.len(), b.len());
     assert!(a.iter().zip(&b).all(|(a, b)| near(a, b)));
 }
@@ -142,11 +139,7 @@ fn a_shoot_of_movies_is_the_shoot_of_its_files() {
     for name in ["manifest.json", "probes/interview.png"] {
         std::fs::copy(shoot.join(name), filmed.join(name)).unwrap();
     }
-    assert!(
-        crate::scan::scan(&filmed, None).is_complete(),
-        "{:?}",
-        crate::scan::scan(&filmed, None)
-    );
+    assert!(crate::scan::scan(&filmed, None).is_complete(), "{:?}", crate::scan::scan(&filmed, None));
     let root = folder.path().join("movies");
     let movies = import(&root, &filmed, &SETTINGS, &silent).unwrap();
     let said = Frame::load(&movies, &Response::Srgb, 0).unwrap_err().for_terminal();
@@ -220,18 +213,14 @@ tracking = [12, 16, 20]
     give_mattes(&shoot, &movies);
     compare(&files, &movies);
     // A list of the lamps' directions stands for the balls.
-    let without_balls = map.replacen("balls = {", "# balls = {", 1).replacen(
-        ", ball = { file = \"balls.mkv\", frame = 6 }",
-        "",
-        1,
-    );
+    let without_balls =
+        map.replacen("balls = {", "# balls = {", 1).replacen(", ball = { file = \"balls.mkv\", frame = 6 }", "", 1);
     std::fs::write(&path, &without_balls).unwrap();
     let listed = import(&folder.path().join("listed"), &path, &SETTINGS, &silent).unwrap();
     assert!(listed.settings.shoot.without_balls && listed.probe_pictures().is_empty());
     assert_eq!(listed.settings.shoot.lamp_layout.len(), LAMPS);
     std::fs::write(&path, without_balls.replacen("lamps = \"dome.lp\"", "", 1)).unwrap();
-    let said =
-        import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
+    let said = import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
     assert!(said.contains("list of the lamps' directions"), "{said}");
     for (from, to, says) in [
         ("frames = [0, 2]", "frames = [0, 200]", "has 0 to 20"),
@@ -247,8 +236,7 @@ tracking = [12, 16, 20]
         ("name = \"pose01\"", "name = \"../up\"", "is not the name"),
     ] {
         std::fs::write(&path, map.replacen(from, to, 1)).unwrap();
-        let said =
-            import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
+        let said = import(&folder.path().join("bad"), &path, &SETTINGS, &silent).unwrap_err().to_string();
         assert!(said.contains(says), "{to}: {said}");
     }
     shown!(
@@ -366,11 +354,9 @@ fn an_interview_of_exr_pictures_is_imported() {
     let plain = Frame::load(&files, &Response::Srgb, 2).unwrap();
     for (frame, path) in interview(&shoot).into_iter().enumerate() {
         let light = Response::Srgb.decode(&imaging::file::read_encoded(&path).unwrap());
-        imaging::file::write_exr(&path.with_file_name(format!("A.{}.exr", 1001 + frame)), &light)
-            .unwrap();
+        imaging::file::write_exr(&path.with_file_name(format!("A.{}.exr", 1001 + frame)), &light).unwrap();
         std::fs::remove_file(path).unwrap();
-        let mask =
-            |digits: usize| shoot.join(format!("interview_masks/frame_{frame:0digits$}.png"));
+        let mask = |digits: usize| shoot.join(format!("interview_masks/frame_{frame:0digits$}.png"));
         std::fs::rename(mask(3), mask(6)).unwrap();
     }
     let exr = import(&folder.path().join("exr"), &shoot, &SETTINGS, &silent).unwrap();
@@ -390,25 +376,18 @@ fn mattes_of_a_sequence_may_have_the_names_of_its_files() {
     let silent = Progress::silent();
     stage(&shoot);
     let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
-    let seen = |project: &Project| {
-        [0, 1, 2].map(|frame| Frame::load(project, &Response::Srgb, frame).unwrap())
-    };
+    let seen = |project: &Project| [0, 1, 2].map(|frame| Frame::load(project, &Response::Srgb, frame).unwrap());
     let stills = seen(&files);
     for frame in interview(&shoot) {
-        let status = Command::new("ffmpeg")
-            .args(["-v", "error", "-i"])
-            .arg(&frame)
-            .arg(frame.with_extension("tif"))
-            .status();
+        let status =
+            Command::new("ffmpeg").args(["-v", "error", "-i"]).arg(&frame).arg(frame.with_extension("tif")).status();
         assert!(status.unwrap().success());
         std::fs::remove_file(frame).unwrap();
     }
     let root = folder.path().join("sequence");
     let sequence = import(&root, &shoot, &SETTINGS, &silent).unwrap();
     for (a, b) in stills.iter().zip(&seen(&sequence)) {
-        let pairs = |a: &[f32], b: &[f32]| -> f32 {
-            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
-        };
+        let pairs = |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) };
         let off = pairs(&a.mask.pixels, &b.mask.pixels);
         assert!(off < 1e-6, "the matte is off by {off}");
         let off = pairs(a.plate.pixels.as_flattened(), b.plate.pixels.as_flattened());

@@ -13,8 +13,7 @@ const FRAMES: usize = 5;
 
 fn stage(folder: &Path) -> PathBuf {
     let shoot = folder.join("shoot");
-    let stage =
-        StageSettings { frames: FRAMES, size: 16, lamps: LAMPS, ..StageSettings::default() };
+    let stage = StageSettings { frames: FRAMES, size: 16, lamps: LAMPS, ..StageSettings::default() };
     write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
     shoot
 }
@@ -54,8 +53,7 @@ fn seen(project: &Project) -> Vec<Vec<[f32; 3]>> {
 /// True for pictures that differ by no more than rounding.
 fn is_same(a: &[Vec<[f32; 3]>], b: &[Vec<[f32; 3]>]) -> bool {
     let off = |(a, b): (&f32, &f32)| (a - b).abs();
-    let near =
-        |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).map(off).all(|off| off < 1e-6);
+    let near = |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).map(off).all(|off| off < 1e-6);
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a.as_flattened(), b.as_flattened()))
 }
 
@@ -202,8 +200,7 @@ fn a_gap_in_numbered_pictures_is_a_damaged_frame() {
     let is_named = ["frame_001.png", "frame_003.png"].iter().any(|name| stopped.contains(name));
     assert!(is_named && stopped.contains("damaged_frames"), "{stopped}");
     let path = shoot.join("manifest.json");
-    let mut manifest: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let mut manifest: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
     manifest["damaged_frames"] = "hold".into();
     std::fs::write(path, manifest.to_string()).unwrap();
     let (held, said) = imported(&shoot);
@@ -259,9 +256,7 @@ fn lamps_balls_and_mattes_may_be_of_any_format() {
     let project = imported(&shoot).0.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(project.settings.shoot, pngs.settings.shoot);
     assert!(project.olat_picture(0, 3).file().ends_with("pose00/olat_03.jpg"));
-    let off = |a: &[f32], b: &[f32]| {
-        a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
-    };
+    let off = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32;
     // JPEG may halve the colour's resolution.
     for (a, b) in seen(&project).iter().zip(&wanted) {
         assert!(off(a.as_flattened(), b.as_flattened()) < 0.05);

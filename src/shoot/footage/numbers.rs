@@ -46,14 +46,9 @@ fn common_number(names: &[impl AsRef<str>]) -> Option<i64> {
         let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
         end = before.len();
         // A hyphen after a letter or digit joins; at the start and after a dot or underscore it is a sign.
-        let unsigned = before
-            .strip_suffix('-')
-            .filter(|before| before.is_empty() || before.ends_with(['.', '_']));
+        let unsigned = before.strip_suffix('-').filter(|before| before.is_empty() || before.ends_with(['.', '_']));
         let around = (unsigned.unwrap_or(before), after);
-        let Some(start) = number(first, around).filter(|start| FRAME_NUMBERS.contains(start))
-        else {
-            continue;
-        };
+        let Some(start) = number(first, around).filter(|start| FRAME_NUMBERS.contains(start)) else { continue };
         let mut rest = (start..).zip(names);
         if rest.all(|(wanted, name)| number(name.as_ref(), around) == Some(wanted)) {
             return Some(start);
@@ -65,8 +60,7 @@ fn common_number(names: &[impl AsRef<str>]) -> Option<i64> {
 /// Number in a name between two texts, in letters of any case.
 fn number(name: &str, (before, after): (&str, &str)) -> Option<i64> {
     let end = name.len().checked_sub(after.len())?;
-    let (start, digits, rest) =
-        (name.get(..before.len())?, name.get(before.len()..end)?, name.get(end..)?);
+    let (start, digits, rest) = (name.get(..before.len())?, name.get(before.len()..end)?, name.get(end..)?);
     let is_same = start.eq_ignore_ascii_case(before) && rest.eq_ignore_ascii_case(after);
     // `parse` accepts a plus sign, too.
     (is_same && !digits.starts_with('+')).then(|| digits.parse().ok()).flatten()
@@ -107,10 +101,9 @@ mod tests {
     fn sequences_and_folders_know_their_first_number_and_movies_start_at_0() {
         let folder = tempfile::tempdir().unwrap();
         let mut project = Project::without_shoot(folder.path());
-        for (inside, names) in [
-            ("below", &["s.-2.exr", "s.-1.exr", "s.0.exr", "s.1.exr"][..]),
-            ("apart", &["f_10.exr", "f_20.exr"]),
-        ] {
+        for (inside, names) in
+            [("below", &["s.-2.exr", "s.-1.exr", "s.0.exr", "s.1.exr"][..]), ("apart", &["f_10.exr", "f_20.exr"])]
+        {
             std::fs::create_dir(folder.path().join(inside)).unwrap();
             for name in names {
                 std::fs::write(folder.path().join(inside).join(name), "").unwrap();

@@ -2,9 +2,7 @@
 
 use super::lamp_list;
 use super::map::{self, Map};
-use super::shoot::{
-    Camera, Listing, Manifest, Probes, file_name, lamp_lists, movie_named, several,
-};
+use super::shoot::{Camera, Listing, Manifest, Probes, file_name, lamp_lists, movie_named, several};
 use super::takes::Rounds;
 use base::error::{Error, Result};
 use base::has_extension;
@@ -60,35 +58,22 @@ impl Parts {
                 "probes.mov or probes/ with the mirror ball under each lamp",
             ),
         ];
-        let lacks: Vec<&str> =
-            lacks.into_iter().filter_map(|(lacks, what)| lacks.then_some(what)).collect();
+        let lacks: Vec<&str> = lacks.into_iter().filter_map(|(lacks, what)| lacks.then_some(what)).collect();
         if !lacks.is_empty() {
             return Err(Error::missing(
-                format!(
-                    "{} alone is not a shoot; missing beside it: {}",
-                    movie.display(),
-                    lacks.join("; ")
-                ),
+                format!("{} alone is not a shoot; missing beside it: {}", movie.display(), lacks.join("; ")),
                 "Add that to its folder, drop all files on the studio's page New project, or give files and frames in \
                  a TOML map: docs/movies.md has one to start from",
             ));
         }
         // A camera's folder has none.
-        let manifest = if folder.join(super::shoot::MANIFEST).exists() {
-            Manifest::read(folder)?
-        } else {
-            Manifest::default()
-        };
+        let manifest =
+            if folder.join(super::shoot::MANIFEST).exists() { Manifest::read(folder)? } else { Manifest::default() };
         let listing = Listing::with_interview(folder, movie)?;
         Self::from_folder(folder, manifest, listing, progress)
     }
 
-    fn from_folder(
-        shoot: &Path,
-        manifest: Manifest,
-        mut listing: Listing,
-        progress: &Progress,
-    ) -> Result<Self> {
+    fn from_folder(shoot: &Path, manifest: Manifest, mut listing: Listing, progress: &Progress) -> Result<Self> {
         let mut takes = std::mem::take(&mut listing.takes);
         let list = read_lamp_list(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
@@ -96,8 +81,7 @@ impl Parts {
         let mut names: Vec<String> = list.iter().flatten().map(|(name, _)| name.clone()).collect();
         let name_lamps = |listing: &mut Listing, count: usize| {
             if listing.lamps.is_empty() {
-                listing.lamps =
-                    if names.len() == count { names.clone() } else { map::lamp_names(count) };
+                listing.lamps = if names.len() == count { names.clone() } else { map::lamp_names(count) };
             }
         };
         if let Some(movie) = listing.ball_movie.clone() {
@@ -119,8 +103,7 @@ impl Parts {
         }
         let in_order: Vec<Vec3> = list.iter().flatten().map(|(_, direction)| *direction).collect();
         let by_name: HashMap<String, Vec3> = list.into_iter().flatten().collect();
-        let mut directions: Option<Vec<Vec3>> =
-            listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
+        let mut directions: Option<Vec<Vec3>> = listing.lamps.iter().map(|lamp| by_name.get(lamp).copied()).collect();
         let is_other = !names.iter().any(|name| listing.lamps.contains(name));
         if listing.without_balls && is_other && in_order.len() == listing.lamps.len() {
             progress.say(format!(
@@ -191,8 +174,7 @@ impl Parts {
             ball_radius_m: map.ball.radius_m,
             ball_position_m: None,
         };
-        let camera =
-            map.ball.camera_distance_m.map(|distance| Camera { position: [0.0, 0.0, distance] });
+        let camera = map.ball.camera_distance_m.map(|distance| Camera { position: [0.0, 0.0, distance] });
         let manifest = Manifest {
             name: map.name.or_else(|| Some(file_name(&path.with_extension("")))),
             frame_rate: map.frame_rate,
@@ -223,22 +205,17 @@ impl Parts {
 /// Lamps of the `.lp` list in a shoot's folder; `None` without one.
 /// Refuses a folder that lacks several parts, with all of them and the cost of each.
 fn check_parts(shoot: &Path) -> Result<()> {
-    let has =
-        |name: &str| shoot.join(name).is_dir() || !matches!(movie_named(shoot, name, ""), Ok(None));
+    let has = |name: &str| shoot.join(name).is_dir() || !matches!(movie_named(shoot, name, ""), Ok(None));
     let has_list = lamp_lists(shoot).is_ok_and(|lists| !lists.is_empty());
     let lacks = [
         (!has("interview"), "interview/ or interview.mov: nothing to relight"),
-        (
-            !has("exemplars"),
-            "exemplars/ with each pose under each single lamp: the effect of the lamps is unknown",
-        ),
+        (!has("exemplars"), "exemplars/ with each pose under each single lamp: the effect of the lamps is unknown"),
         (
             !has("probes") && !has_list,
             "probes/ with the mirror balls, or a list of the lamps (.lp): their directions are unknown",
         ),
     ];
-    let lacks: Vec<&str> =
-        lacks.into_iter().filter_map(|(lacks, part)| lacks.then_some(part)).collect();
+    let lacks: Vec<&str> = lacks.into_iter().filter_map(|(lacks, part)| lacks.then_some(part)).collect();
     if lacks.len() < 2 || !shoot.is_dir() {
         return Ok(());
     }
@@ -269,9 +246,7 @@ mod tests {
             Ok(_) => panic!("no shoot"),
         };
         let all = find();
-        for part in
-            ["interview/ or interview.mov", "exemplars/", "probes/", "(.lp)", "nothing to relight"]
-        {
+        for part in ["interview/ or interview.mov", "exemplars/", "probes/", "(.lp)", "nothing to relight"] {
             assert!(all.contains(part), "{part}: {all}");
         }
         std::fs::create_dir(folder.path().join("interview")).unwrap();

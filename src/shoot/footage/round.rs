@@ -74,10 +74,7 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
     let round = found[0].saturating_sub(1)..=found[found.len() - 1] + 1;
     let is_tracking = |i: &&usize| is_lit(**i) && round.contains(*i) && !found.contains(*i);
     let tracking = bright.iter().filter(is_tracking);
-    Ok(Round {
-        tracking: tracking.map(|&i| frame(i)).collect(),
-        lamps: found.into_iter().map(frame).collect(),
-    })
+    Ok(Round { tracking: tracking.map(|&i| frame(i)).collect(), lamps: found.into_iter().map(frame).collect() })
 }
 
 /// Upper limit of dark frames and lower limit of fully lit ones: the widest brightness gaps between frames.
@@ -102,8 +99,7 @@ fn bounds(light: &[f32]) -> (f32, f32) {
 /// True if the frames from `lit` on differ in light, as lamps do and fully lit frames do not.
 fn differ(bright: &[usize], light: &[f32], lit: f32) -> bool {
     let lit = bright.iter().map(|&i| light[i]).filter(|&l| l >= lit);
-    let (least, most) =
-        lit.fold((f32::INFINITY, 0f32), |(least, most), l| (least.min(l), most.max(l)));
+    let (least, most) = lit.fold((f32::INFINITY, 0f32), |(least, most), l| (least.min(l), most.max(l)));
     most > ALIKE * least
 }
 
@@ -152,11 +148,7 @@ mod tests {
         for pattern in ["llllllllllll", "..llllllllllll.", ".l.l.l.l.l.l.l.l.l.l.l.l."] {
             let found = find(&light(pattern), 0, Some(12)).unwrap();
             let expected = pattern.char_indices().filter(|(_, c)| *c == 'l');
-            assert_eq!(
-                found.lamps,
-                expected.map(|(i, _)| i as u64).collect::<Vec<_>>(),
-                "{pattern}"
-            );
+            assert_eq!(found.lamps, expected.map(|(i, _)| i as u64).collect::<Vec<_>>(), "{pattern}");
             assert!(found.tracking.is_empty());
         }
     }

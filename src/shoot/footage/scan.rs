@@ -62,9 +62,7 @@ pub fn scan(folder: &Path, layer: Option<&str>) -> Scan {
             let first = names.first().map(|name| folder.join("interview").join(name));
             first.map(|name| dimensions(&with_ending(&name)))
         }
-        Frames::Clip(clip) => {
-            Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size()))
-        }
+        Frames::Clip(clip) => Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size())),
     };
     let layers = layers(folder, &listing);
     let rate = manifest.as_ref().ok().and_then(Manifest::frame_rate);
@@ -116,12 +114,9 @@ fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) 
             },
             (manifest.check_counts(folder, listing).err()).map(|e| e.to_string()),
         ),
-        Err(e) => (
-            "none",
-            Some(format!(
-                "{e}. It holds the positions of camera and ball, needed for the lamps' directions"
-            )),
-        ),
+        Err(e) => {
+            ("none", Some(format!("{e}. It holds the positions of camera and ball, needed for the lamps' directions")))
+        }
     };
     needed("Manifest", found.to_owned(), lack)
 }
@@ -129,27 +124,18 @@ fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) 
 fn interview(listing: &Listing, picture: Option<&Result<(usize, usize)>>, rate: f64) -> Line {
     let frames = counted(listing.frames.len(), "frame");
     let (found, lack) = match picture {
-        Some(Ok((width, height))) => {
-            (format!("{frames} of {width} × {height} pixels, {rate} a second"), None)
-        }
+        Some(Ok((width, height))) => (format!("{frames} of {width} × {height} pixels, {rate} a second"), None),
         Some(Err(e)) => (frames, Some(e.to_string())),
-        None => (
-            "no frames".to_owned(),
-            Some("Add the frames to relight as pictures to interview/".to_owned()),
-        ),
+        None => ("no frames".to_owned(), Some("Add the frames to relight as pictures to interview/".to_owned())),
     };
     needed("Interview", found, fault(listing, Part::Interview).or(lack))
 }
 
 fn exemplars(folder: &Path, listing: &Listing) -> Line {
     let Listing { poses, lamps, .. } = listing;
-    let is_movie = |pose: &&String| {
-        listing.pose_movies.contains_key(*pose) || listing.takes.poses.contains_key(*pose)
-    };
+    let is_movie = |pose: &&String| listing.pose_movies.contains_key(*pose) || listing.takes.poses.contains_key(*pose);
     let lacking = listing.lacking(folder);
-    let lack = if poses.is_empty()
-        || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose)))
-    {
+    let lack = if poses.is_empty() || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose))) {
         Some(
             "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: the network learns \
              every lamp's effect from them"
@@ -159,9 +145,9 @@ fn exemplars(folder: &Path, listing: &Listing) -> Line {
         let olats = poses.iter().filter(|pose| !is_movie(pose)).flat_map(|pose| {
             let there = pictures(folder, &format!("exemplars/{pose}"));
             let tolerated = lacking.get(pose);
-            let missing = lamps.iter().filter(move |&lamp| {
-                !there.contains(lamp) && !tolerated.is_some_and(|lamps| lamps.contains(lamp))
-            });
+            let missing = lamps
+                .iter()
+                .filter(move |&lamp| !there.contains(lamp) && !tolerated.is_some_and(|lamps| lamps.contains(lamp)));
             missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
         });
         absent(
@@ -200,10 +186,8 @@ fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
     let is_take = listing.ball_movie.is_some() || listing.takes.balls.is_some();
     let lamps = if is_take { &[] } else { &listing.lamps[..] };
     let wanted = interview.into_iter().chain(lamps.iter().map(String::as_str));
-    let missing: Vec<String> = wanted
-        .filter(|&name| !there.contains(name))
-        .map(|name| format!("probes/{name}.png"))
-        .collect();
+    let missing: Vec<String> =
+        wanted.filter(|&name| !there.contains(name)).map(|name| format!("probes/{name}.png")).collect();
     needed(
         "Mirror balls",
         match &listing.ball_movie {
@@ -213,10 +197,7 @@ fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
             None => counted(there.len(), "photograph"),
         },
         fault(listing, Part::Balls).or_else(|| {
-            absent(
-                &missing,
-                "The lamps' directions and the interview's light are measured from the balls",
-            )
+            absent(&missing, "The lamps' directions and the interview's light are measured from the balls")
         }),
     )
 }
@@ -234,9 +215,7 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         Frames::Clip(_) => &[],
     };
     let mut later = Vec::new();
-    for (inside, what, wanted) in
-        [("exemplar_masks", "poses", &poses[..]), ("interview_masks", "interview", frames)]
-    {
+    for (inside, what, wanted) in [("exemplar_masks", "poses", &poses[..]), ("interview_masks", "interview", frames)] {
         let there = pictures(folder, inside);
         // `afterlight matte` makes all of them, but does not fill gaps in a shoot's own mattes.
         if !folder.join(inside).exists() {
@@ -251,9 +230,8 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
         0 if missing.is_empty() => "none yet".to_owned(),
         found => counted(found, "matte"),
     };
-    let wrong = fault(listing, Part::Mattes).or_else(|| {
-        absent(&missing, "The mattes mark the subject, the only part that is learnt and relit")
-    });
+    let wrong = fault(listing, Part::Mattes)
+        .or_else(|| absent(&missing, "The mattes mark the subject, the only part that is learnt and relit"));
     match (wrong, &later[..]) {
         (None, [_, ..]) => Line {
             part: "Mattes",
@@ -288,10 +266,7 @@ fn environments(folder: &Path, manifest: Option<&Manifest>) -> Line {
         part: "Environments",
         found: counted(named.len() - missing.len(), "panorama"),
         lack: if named.is_empty() {
-            Some(
-                "You can relight with the built-in environments, and add your own panoramas later"
-                    .to_owned(),
-            )
+            Some("You can relight with the built-in environments, and add your own panoramas later".to_owned())
         } else {
             absent(&missing, "The others and the built-in environments can still be used")
         },
@@ -368,10 +343,7 @@ mod tests {
         let sentence = holed.lines[2].lack.clone().unwrap_or_default();
         assert!(sentence.contains("pose00/olat_01.png") && sentence.contains("under every lamp"));
         assert!(!holed.is_complete() && refused("film"));
-        poses
-            .iter()
-            .zip(bytes)
-            .for_each(|(pose, bytes)| std::fs::write(olat(pose), bytes).unwrap());
+        poses.iter().zip(bytes).for_each(|(pose, bytes)| std::fs::write(olat(pose), bytes).unwrap());
         let nothing = scan(&folder.path().join("nothing"), None);
         assert!(!nothing.is_complete() && nothing.name == "nothing");
         assert!(nothing.lines.iter().all(|line| line.lack.is_some()));

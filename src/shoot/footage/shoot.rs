@@ -5,9 +5,7 @@ use base::files::{self, natural_order, sorted_names};
 use base::{FileFormat, has_extension};
 use glam::Vec3;
 use movies::Series;
-use project::{
-    Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot, Take, Takes,
-};
+use project::{Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot, Take, Takes};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -105,14 +103,8 @@ impl Manifest {
                  only {}: camera and mirror ball then count as far away, and the ball is detected",
             )
         })?;
-        serde_json::from_str(&text).map_err(|e| {
-            Error::codec(
-                "read",
-                &path,
-                e,
-                ("Correct the manifest", "afterlight stage writes an example"),
-            )
-        })
+        serde_json::from_str(&text)
+            .map_err(|e| Error::codec("read", &path, e, ("Correct the manifest", "afterlight stage writes an example")))
     }
 
     /// Refuses a folder whose numbers of poses, lamps or frames differ from the manifest's.
@@ -130,10 +122,7 @@ impl Manifest {
         ];
         match counts.into_iter().find(|(_, said, found)| said.is_some_and(|said| said != *found)) {
             Some((key, Some(said), found)) => Err(Error::invalid(
-                format!(
-                    "{} gives {said} for `{key}`, but the folder has {found}",
-                    shoot.join(MANIFEST).display()
-                ),
+                format!("{} gives {said} for `{key}`, but the folder has {found}", shoot.join(MANIFEST).display()),
                 "Add the missing pictures, or correct the manifest",
             )),
             _ => Ok(()),
@@ -176,11 +165,9 @@ impl Manifest {
             _ => Ball::unknown(),
         };
         match (&self.camera, probes.ball_radius_m) {
-            (Some(camera), Some(radius_m)) => Ball {
-                radius_m,
-                camera_distance_m: Vec3::from_array(camera.position).length(),
-                ..found
-            },
+            (Some(camera), Some(radius_m)) => {
+                Ball { radius_m, camera_distance_m: Vec3::from_array(camera.position).length(), ..found }
+            }
             _ => found,
         }
     }
@@ -277,9 +264,7 @@ impl Listing {
     /// Lamps whose pictures single poses lack, by pose, where other poses have them. The shoot can do without: a pose that has
     /// less than half of the lamps is a fault.
     pub fn lacking(&self, shoot: &Path) -> BTreeMap<String, BTreeSet<String>> {
-        let is_folder = |pose: &&String| {
-            !self.pose_movies.contains_key(*pose) && !self.takes.poses.contains_key(*pose)
-        };
+        let is_folder = |pose: &&String| !self.pose_movies.contains_key(*pose) && !self.takes.poses.contains_key(*pose);
         let folders: BTreeMap<&String, Vec<String>> = (self.poses.iter().filter(is_folder))
             .map(|pose| {
                 let folder = shoot.join("exemplars").join(pose);
@@ -314,10 +299,7 @@ impl Listing {
                 None => self.poses.contains(&pose).then(|| format!("{pose}/")),
             };
             if let Some(other) = other {
-                let problem = format!(
-                    "{} has more than one pose {pose}: {other} and {movie}",
-                    exemplars.display()
-                );
+                let problem = format!("{} has more than one pose {pose}: {other} and {movie}", exemplars.display());
                 return Err(Error::invalid(problem, "Give each pose one folder or one movie"));
             }
             self.pose_movies.insert(pose, Path::new("exemplars").join(movie));
@@ -349,16 +331,13 @@ impl Listing {
     fn match_lamps(&mut self, shoot: &Path, mut folders: Vec<LampFolder>) -> Result<()> {
         for at in 0..folders.len() {
             // A picture beside the series of one folder is no lamp.
-            let Ok(series) = Series::find(&shoot.join(&folders[at].inside)) else {
-                continue;
-            };
+            let Ok(series) = Series::find(&shoot.join(&folders[at].inside)) else { continue };
             let is_stray = |name: &String| {
                 let is_left = series.left_out.iter().any(|file| stem(file) == name);
                 let others = folders.iter().enumerate().filter(|(other, _)| *other != at);
                 is_left && !others.into_iter().any(|(_, other)| other.names.contains(name))
             };
-            let strays: Vec<String> =
-                folders[at].names.iter().filter(|name| is_stray(name)).cloned().collect();
+            let strays: Vec<String> = folders[at].names.iter().filter(|name| is_stray(name)).cloned().collect();
             if !strays.is_empty() {
                 folders[at].names.retain(|name| !strays.contains(name));
                 let inside = folders[at].inside.display();
@@ -372,9 +351,8 @@ impl Listing {
         let first = folders.iter().find(|folder| folder.pose.is_some());
         let first = first.map(|folder| folder.names.clone()).unwrap_or_default();
         for LampFolder { pose, inside, names } in folders {
-            let is_other = !first.is_empty()
-                && names.len() == first.len()
-                && !names.iter().any(|name| first.contains(name));
+            let is_other =
+                !first.is_empty() && names.len() == first.len() && !names.iter().any(|name| first.contains(name));
             if !is_other {
                 lamps.extend(names);
                 continue;
@@ -477,9 +455,9 @@ fn in_order(shoot: &Path, inside: &Path, names: &[String], lamps: &[String]) -> 
     let place = |name: &String| files.iter().position(|file| stem(file) == name);
     let places = names.iter().map(|name| place(name).unwrap_or_default() as u64);
     // A pattern still holds after pictures are added.
-    let series = Series::find(&folder).ok().filter(|series| {
-        series.missing.is_empty() && series.names.iter().map(|name| stem(name)).eq(names)
-    });
+    let series = Series::find(&folder)
+        .ok()
+        .filter(|series| series.missing.is_empty() && series.names.iter().map(|name| stem(name)).eq(names));
     let pattern = series.and_then(|series| series.pattern);
     let (movie, frames) = match pattern {
         Some(pattern) => {
@@ -510,8 +488,7 @@ pub fn movie_named(shoot: &Path, name: &str, remedy: &str) -> Result<Option<Path
 
 /// Error of several candidates for a part.
 pub fn several(shoot: &Path, part: &str, candidates: &[String], remedy: &str) -> Error {
-    let problem =
-        format!("{} has more than one {part}: {}", shoot.display(), candidates.join(" and "));
+    let problem = format!("{} has more than one {part}: {}", shoot.display(), candidates.join(" and "));
     match part {
         "interview" => {
             let one = shoot.join(&candidates[0]);
@@ -546,9 +523,7 @@ pub fn picture_names(folder: &Path) -> Result<Vec<String>> {
 
 /// Verb and contents of a folder that lacks something.
 pub fn contents(folder: &Path) -> String {
-    let Ok(names) = sorted_names(folder) else {
-        return "does not exist".to_owned();
-    };
+    let Ok(names) = sorted_names(folder) else { return "does not exist".to_owned() };
     let mut kinds = BTreeMap::new();
     for name in &names {
         let path = folder.join(name);

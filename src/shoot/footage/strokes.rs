@@ -72,10 +72,8 @@ impl Strokes {
         if !path.exists() {
             return Ok(Self::default());
         }
-        let text = files::read_text(&path, files::MOST_TEXT)
-            .map_err(|e| Error::io("open", &path, e, REMEDY))?;
-        let strokes: Self =
-            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let strokes: Self = toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let frames = project.settings.shoot.frames.len();
         for (i, stroke) in strokes.strokes.iter().enumerate() {
             if let Some(problem) = stroke.problem(frames) {
@@ -131,20 +129,13 @@ impl Strokes {
     /// Seeds for a frame from the strokes on nearby frames. Each is carried along the motion. Its weight falls with
     /// every frame and with uncertain motion, and ends [`REACH`] frames away. At the size used for motion; None
     /// without nearby strokes. `size` is that of the frames.
-    pub(super) fn carried(
-        &self,
-        frame: usize,
-        size: (usize, usize),
-        movement: &mut Movement,
-    ) -> Option<Seeds> {
+    pub(super) fn carried(&self, frame: usize, size: (usize, usize), movement: &mut Movement) -> Option<Seeds> {
         let near = self.frames().into_iter();
         let near = near.filter(|&other| other != frame && other.abs_diff(frame) <= REACH);
         let mut all: Option<Seeds> = None;
         for other in near {
             // An unreadable frame is reported when its own matte is made.
-            let Ok(Some(flow)) = movement.between(frame, other) else {
-                continue;
-            };
+            let Ok(Some(flow)) = movement.between(frame, other) else { continue };
             let there = self.seeds(other, size);
             let small = there.resized(flow.trust().size());
             let fade = FADE.powi(frame.abs_diff(other) as i32);
@@ -167,10 +158,7 @@ impl Stroke {
     /// Fault of the stroke; None if it is valid.
     fn problem(&self, frames: usize) -> Option<String> {
         if self.frame >= frames {
-            return Some(format!(
-                "is on frame {}, but the interview has {frames} frames, counted from 0",
-                self.frame
-            ));
+            return Some(format!("is on frame {}, but the interview has {frames} frames, counted from 0", self.frame));
         }
         if !RADII.contains(&self.radius) {
             return Some(format!(

@@ -72,9 +72,7 @@ impl Rounds {
         let [start, last] = self.range.unwrap_or([first, end]);
         let mut named = self.lamps.iter().chain(&self.tracking).chain([&start, &last]);
         if let Some(beyond) = named.find(|&&frame| frame < first || frame > end) {
-            return Err(refuse(format!(
-                "no frame {beyond}: the movie has frames {first} to {end}"
-            )));
+            return Err(refuse(format!("no frame {beyond}: the movie has frames {first} to {end}")));
         }
         if !self.lamps.is_empty() {
             if let Some(lamps) = expected.filter(|&lamps| lamps != self.lamps.len()) {
@@ -84,9 +82,7 @@ impl Rounds {
             return Ok((round, source));
         }
         if start > last || last - start >= MOST_SEARCHED {
-            return Err(refuse(format!(
-                "frames {start} to {last} are empty or too many to search for lamps"
-            )));
+            return Err(refuse(format!("frames {start} to {last} are empty or too many to search for lamps")));
         }
         let mut light = Vec::new();
         for frame in start..=last {
@@ -123,16 +119,11 @@ impl Rounds {
 
 /// Frame of each name in a sequence whose pictures have these names; `None` if it lacks one, for a movie, and without
 /// names.
-fn named_frames(
-    source: &Source,
-    frames: RangeInclusive<u64>,
-    names: &[String],
-) -> Option<Vec<u64>> {
+fn named_frames(source: &Source, frames: RangeInclusive<u64>, names: &[String]) -> Option<Vec<u64>> {
     let Source::Sequence(sequence) = source else { return None };
     let named = |frame| Some((sequence.file(frame)?.file_stem()?.to_str()?.to_owned(), frame));
     let frames: HashMap<String, u64> = frames.filter_map(named).collect();
-    let found: Vec<u64> =
-        names.iter().map(|name| frames.get(name).copied()).collect::<Option<_>>()?;
+    let found: Vec<u64> = names.iter().map(|name| frames.get(name).copied()).collect::<Option<_>>()?;
     (!found.is_empty()).then_some(found)
 }
 
@@ -211,20 +202,13 @@ mod tests {
     fn pictures_are_matched_with_a_list_by_name_and_not_by_place() {
         let folder = tempfile::tempdir().unwrap();
         // Fully lit before and after, in the order of the names; one lamp leaves the subject dark.
-        for (name, level) in
-            [("a_all", 0.9), ("back", 0.3), ("key", 0.0), ("rim", 0.4), ("z_all", 0.9)]
-        {
+        for (name, level) in [("a_all", 0.9), ("back", 0.3), ("key", 0.0), ("rim", 0.4), ("z_all", 0.9)] {
             let path = folder.path().join("pose").join(format!("{name}.png"));
             imaging::file::write_png(&path, &Encoded(Raster::filled(4, 4, [level; 3]))).unwrap();
         }
         let find = |names: &[&str]| {
             let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
-            let found = Rounds::from_movie("pose").find(
-                folder.path(),
-                Some(names.len()),
-                &names,
-                &Progress::silent(),
-            );
+            let found = Rounds::from_movie("pose").find(folder.path(), Some(names.len()), &names, &Progress::silent());
             found.map(|(round, _)| (round.lamps, round.tracking)).map_err(|e| e.to_string())
         };
         for (names, lamps) in [

@@ -25,8 +25,7 @@ impl TrackingFrames {
         let in_movie = project.tracking_pictures(pose);
         if in_movie.len() > 1 {
             let time = |before: usize| before as f32 / lamps as f32;
-            let (pictures, times) =
-                in_movie.into_iter().map(|(picture, before)| (picture, time(before))).unzip();
+            let (pictures, times) = in_movie.into_iter().map(|(picture, before)| (picture, time(before))).unzip();
             return Ok(Some(Self { pictures, times }));
         }
         let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
@@ -35,8 +34,7 @@ impl TrackingFrames {
             return Ok(None);
         }
         let root = project.shoot_path("");
-        let said =
-            if root.join(MANIFEST).is_file() { Manifest::read(&root)?.tracking } else { None };
+        let said = if root.join(MANIFEST).is_file() { Manifest::read(&root)?.tracking } else { None };
         let before = said.map_or_else(Vec::new, |tracking| tracking.before_lamp);
         let rises = before.windows(2).all(|pair| pair[0] < pair[1]);
         let times = if before.len() == names.len() && rises {

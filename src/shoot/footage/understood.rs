@@ -136,7 +136,8 @@ mod tests {
         for line in [
             "Interview: 3 PNG, 8 bits, curve not named".to_owned(),
             format!("OLATs: {} PNG, 8 bits, curve not named", 4 * poses),
-            "Balls: 5 PNG, 8 bits, curve not named; 1 of 5 differ: olat_01.exr is EXR, 16 bits, scene-linear".to_owned(),
+            "Balls: 5 PNG, 8 bits, curve not named; 1 of 5 differ: olat_01.exr is EXR, 16 bits, scene-linear"
+                .to_owned(),
             format!("Mattes: {} PNG, 8 bits, curve not named", 3 + poses),
         ] {
             assert!(lines.contains(&line), "{line}: {lines:#?}");

@@ -65,10 +65,8 @@ mod tests {
         let stage = StageSettings { frames: 3, size: 32, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
         let heard = |name: &str| {
-            let (root, settings) =
-                (folder.path().join(name), ImportSettings { size: 16, seed: 1, layer: None });
-            let (project, said) =
-                Progress::heard(|progress| import(&root, &shoot, &settings, progress));
+            let (root, settings) = (folder.path().join(name), ImportSettings { size: 16, seed: 1, layer: None });
+            let (project, said) = Progress::heard(|progress| import(&root, &shoot, &settings, progress));
             project.unwrap();
             let all = said.lines().filter(|said| said.contains("matte"));
             all.map(str::to_owned).collect::<Vec<_>>()

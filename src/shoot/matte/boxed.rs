@@ -8,11 +8,7 @@ use base::error::{Error, Result};
 use imaging::Encoded;
 
 /// A box in a picture of size `full`, scaled to the size `small` and rounded outwards.
-pub fn reduced_box(
-    [left, top, columns, rows]: [usize; 4],
-    full: (usize, usize),
-    small: (usize, usize),
-) -> [usize; 4] {
+pub fn reduced_box([left, top, columns, rows]: [usize; 4], full: (usize, usize), small: (usize, usize)) -> [usize; 4] {
     let (right, bottom) = (left.saturating_add(columns), top.saturating_add(rows));
     let before = |at: usize, full: usize, small: usize| at.min(full) * small / full.max(1);
     let after = |at: usize, full: usize, small: usize| (at.min(full) * small).div_ceil(full.max(1));

@@ -51,9 +51,8 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let small = reduced.small.0.size();
     let told = seeds.resized(small);
     let told = &told.values().pixels;
-    let before: Vec<bool> = (resize_area(&start.mask, small.0, small.1).pixels.iter())
-        .map(|&alpha| alpha >= 0.5)
-        .collect();
+    let before: Vec<bool> =
+        (resize_area(&start.mask, small.0, small.1).pixels.iter()).map(|&alpha| alpha >= 0.5).collect();
     let supposed = supposed(&reduced.small, &before, told);
     let marks = marks(small, told, &supposed);
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
@@ -76,8 +75,7 @@ pub fn corrected(picture: &Encoded, start: &Matte, seeds: &Seeds) -> Result<Corr
     let mut matte = if (0..after.len()).any(changed) {
         let new = reduced.matte(&after, None);
         // Moved edges, over the width of their softness.
-        let places: Vec<[f32; 1]> =
-            (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
+        let places: Vec<[f32; 1]> = (0..after.len()).map(|i| [f32::from(u8::from(changed(i)))]).collect();
         let near = window::sums(&places, small, 3);
         let zone: Vec<bool> = near.iter().map(|n| n[0] > 0.5).collect();
         let zone = reduced.enlarged(&zone);
@@ -131,15 +129,13 @@ pub fn painted(picture: &Encoded, seeds: &Seeds, within: Option<[usize; 4]>) -> 
         let told = colors.iter().zip(&told);
         told.filter(|t| *t.1 * wanted >= 1.0).map(|t| *t.0).collect()
     };
-    let (Some(front), Some(back)) = (Mixture::split(&side(1.0)), Mixture::split(&side(-1.0)))
-    else {
+    let (Some(front), Some(back)) = (Mixture::split(&side(1.0)), Mixture::split(&side(-1.0))) else {
         return Err(Error::missing(
             "the strokes do not show both what to keep and what to remove",
             "Paint over a part of the person with Keep and a part of the background with Remove",
         ));
     };
-    let supposed: Vec<bool> =
-        (colors.iter()).map(|&color| front.cost(color) < back.cost(color)).collect();
+    let supposed: Vec<bool> = (colors.iter()).map(|&color| front.cost(color) < back.cost(color)).collect();
     let odds: Vec<f32> = told.iter().map(|v| MOST_ODDS * v).collect();
     let known = Known { odds: Some(&odds), ..Known::default() };
     let found = grab_cut_knowing(&reduced.small, &marks(small, &told, &supposed), &known, ROUNDS)?;

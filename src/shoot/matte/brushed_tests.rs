@@ -59,9 +59,7 @@ fn a_stroke_removes_what_is_no_subject() {
 
 #[test]
 fn strokes_alone_cut_out_a_subject_before_any_background() {
-    for (screen, subject) in
-        [([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]), ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3])]
-    {
+    for (screen, subject) in [([0.3, 0.3, 0.3], [0.5, 0.35, 0.2]), ([0.25, 0.1, 0.1], [0.1, 0.15, 0.3])] {
         for size in [(220, 160), (1000, 700)] {
             let (picture, truth) = round(size, screen, subject);
             let at = |x: f32, y: f32| [x * size.0 as f32, y * size.1 as f32];
@@ -70,8 +68,7 @@ fn strokes_alone_cut_out_a_subject_before_any_background() {
             assert!(only_one(&seeds).contains("keep"));
             seeds.paint(Side::Keep, 4.0, &[at(0.45, 0.5), at(0.55, 0.7)]);
             assert!(!seeds.hold_both() && only_one(&seeds).contains("Remove"));
-            let boxed =
-                painted(&picture, &seeds, Some([size.0 / 6, size.1 / 20, 2 * size.0 / 3, size.1]));
+            let boxed = painted(&picture, &seeds, Some([size.0 / 6, size.1 / 20, 2 * size.0 / 3, size.1]));
             seeds.paint(Side::Remove, 4.0, &[at(0.05, 0.1), at(0.95, 0.1), at(0.95, 0.9)]);
             for (found, how) in [(boxed, "box"), (painted(&picture, &seeds, None), "strokes")] {
                 let (iou, off) = scores(&found.unwrap().mask, &truth);

@@ -89,9 +89,7 @@ impl Exposure {
         let log = |p: [f32; 3]| p.map(|v| v.max(DARK).ln());
         let pairs: Vec<Option<[[f32; 3]; 2]>> = (light.pixels.iter().zip(&plate.pixels))
             .map(|(&a, &b)| {
-                let readable = |p: [f32; 3]| {
-                    p.iter().all(|&v| v >= DARK && READABLE.contains(&srgb_from_linear(v)))
-                };
+                let readable = |p: [f32; 3]| p.iter().all(|&v| v >= DARK && READABLE.contains(&srgb_from_linear(v)));
                 (readable(a) && readable(b)).then(|| [log(a), log(b)])
             })
             .collect();
@@ -112,9 +110,8 @@ impl Exposure {
                 let noise = spread(on_border(c).map(|(p, c)| off(p, c)), 0.0);
                 3.0 * noise.clamp(0.02, 0.2)
             });
-            let alike: Vec<_> = (pairs.iter().flatten())
-                .filter(|p| (0..3).all(|c| off(**p, c).abs() < limits[c]))
-                .collect();
+            let alike: Vec<_> =
+                (pairs.iter().flatten()).filter(|p| (0..3).all(|c| off(**p, c).abs() < limits[c])).collect();
             let mut next = lines;
             for (c, line) in next.iter_mut().enumerate() {
                 let count = alike.len().max(1) as f32;
@@ -172,13 +169,10 @@ impl Difference {
         let (width, height) = size;
         let variance = |i: usize| -> [f32; 3] {
             let (x, y) = (i % width, i / width);
-            let (left, right) =
-                (codes.at(x.saturating_sub(1), y), codes.at((x + 1).min(width - 1), y));
-            let (above, below) =
-                (codes.at(x, y.saturating_sub(1)), codes.at(x, (y + 1).min(height - 1)));
+            let (left, right) = (codes.at(x.saturating_sub(1), y), codes.at((x + 1).min(width - 1), y));
+            let (above, below) = (codes.at(x, y.saturating_sub(1)), codes.at(x, (y + 1).min(height - 1)));
             std::array::from_fn(|c| {
-                let slope =
-                    (0.5 * (right[c] - left[c])).powi(2) + (0.5 * (below[c] - above[c])).powi(2);
+                let slope = (0.5 * (right[c] - left[c])).powi(2) + (0.5 * (below[c] - above[c])).powi(2);
                 noise.variance(codes.pixels[i][c]) + OFF_PX * OFF_PX * slope
             })
         };
@@ -298,8 +292,7 @@ mod tests {
     #[test]
     fn an_empty_picture_has_an_empty_matte_and_another_place_is_refused() {
         let size = (200, 150);
-        let plate =
-            Encoded(Raster::from_fn(200, 150, |x, y| wall(x, y, size).map(srgb_from_linear)));
+        let plate = Encoded(Raster::from_fn(200, 150, |x, y| wall(x, y, size).map(srgb_from_linear)));
         let empty = by_clean_plate(&plate, &plate).unwrap();
         assert!(empty.mask.pixels.iter().all(|a| *a == 0.0));
         let other = Encoded(Raster::from_fn(200, 150, |x, y| {

@@ -37,8 +37,7 @@ impl Reduced {
     /// A cut at the reduced size, enlarged to the picture: true for each pixel inside.
     pub fn enlarged(&self, cut: &[bool]) -> Vec<bool> {
         let (width, height) = self.small.0.size();
-        let cut =
-            Mask { width, height, pixels: cut.iter().map(|&s| f32::from(u8::from(s))).collect() };
+        let cut = Mask { width, height, pixels: cut.iter().map(|&s| f32::from(u8::from(s))).collect() };
         let (width, height) = self.light.size();
         (resize(&cut, width, height).pixels.iter()).map(|&share| share >= 0.5).collect()
     }
@@ -79,8 +78,7 @@ fn soft(
     let around = |certain: &[bool], side: bool| {
         // A subject thinner than the reach has no core, so all of its side is used.
         let some = certain.contains(&true);
-        let known: Vec<bool> =
-            if some { certain.to_vec() } else { inside.iter().map(|&i| i == side).collect() };
+        let known: Vec<bool> = if some { certain.to_vec() } else { inside.iter().map(|&i| i == side).collect() };
         let total = known.iter().filter(|k| **k).count().max(1) as f32;
         let mut mean = [0.0_f32; 3];
         for (_, p) in known.iter().zip(light).filter(|(known, _)| **known) {
@@ -101,17 +99,12 @@ fn soft(
             let along: f32 = (0..3).map(|c| (at[c] - from[c]) * (to[c] - from[c])).sum();
             let length: f32 = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum();
             // Where both sides have the same colour, the cut decides.
-            if length > 1e-4 {
-                (along / length).clamp(0.0, 1.0)
-            } else {
-                f32::from(u8::from(inside[i]))
-            }
+            if length > 1e-4 { (along / length).clamp(0.0, 1.0) } else { f32::from(u8::from(inside[i])) }
         })
         .collect();
     let smooth = guided(light, &mixed, size, 2);
     let in_doubt = |i: usize| !core[i] && !behind[i];
-    let mut alpha: Vec<f32> =
-        (places.clone()).map(|i| if in_doubt(i) { smooth[i] } else { mixed[i] }).collect();
+    let mut alpha: Vec<f32> = (places.clone()).map(|i| if in_doubt(i) { smooth[i] } else { mixed[i] }).collect();
     drop_loose(&mut alpha, size, inside);
     let uncertain = places.filter(|&i| in_doubt(i)).count() as f32 / alpha.len().max(1) as f32;
     Matte { mask: Mask { width: size.0, height: size.1, pixels: alpha }, uncertain }

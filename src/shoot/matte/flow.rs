@@ -111,10 +111,7 @@ impl Flow {
         let trust = self.warped_mask(&next.trust);
         let both = self.shifts.pixels.iter().zip(&further.pixels);
         Self {
-            shifts: Raster {
-                pixels: both.map(|(a, b)| [a[0] + b[0], a[1] + b[1]]).collect(),
-                ..self.shifts
-            },
+            shifts: Raster { pixels: both.map(|(a, b)| [a[0] + b[0], a[1] + b[1]]).collect(), ..self.shifts },
             trust: Mask {
                 pixels: (self.trust.pixels.iter().zip(&trust.pixels)).map(|(a, b)| a * b).collect(),
                 ..self.trust
@@ -126,17 +123,12 @@ impl Flow {
 
 /// Shifts at another size, in pixels of that size.
 fn scaled(shifts: &Raster<[f32; 2]>, (width, height): (usize, usize)) -> Raster<[f32; 2]> {
-    let (sx, sy) =
-        (width as f32 / shifts.width.max(1) as f32, height as f32 / shifts.height.max(1) as f32);
+    let (sx, sy) = (width as f32 / shifts.width.max(1) as f32, height as f32 / shifts.height.max(1) as f32);
     if shifts.size() == (width, height) {
         return shifts.clone();
     }
     let [x, y] = [0, 1].map(|c| resize(&shifts.map(|s| s[c]), width, height));
-    Raster {
-        width,
-        height,
-        pixels: (x.pixels.iter().zip(&y.pixels)).map(|(x, y)| [x * sx, y * sy]).collect(),
-    }
+    Raster { width, height, pixels: (x.pixels.iter().zip(&y.pixels)).map(|(x, y)| [x * sx, y * sy]).collect() }
 }
 
 /// A value between pixels; a NaN place reads the first pixel.
@@ -146,18 +138,11 @@ fn sample<const N: usize>(grid: &Raster<[f32; N]>, x: f32, y: f32) -> [f32; N] {
     let (left, top) = (x as usize, y as usize);
     let (right, bottom) = ((left + 1).min(grid.width - 1), (top + 1).min(grid.height - 1));
     let (fx, fy) = (x - left as f32, y - top as f32);
-    let (a, b, c, d) =
-        (grid.at(left, top), grid.at(right, top), grid.at(left, bottom), grid.at(right, bottom));
-    std::array::from_fn(|i| {
-        (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
-    })
+    let (a, b, c, d) = (grid.at(left, top), grid.at(right, top), grid.at(left, bottom), grid.at(right, bottom));
+    std::array::from_fn(|i| (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i]))
 }
 
-fn refined(
-    from: &Raster<[f32; 3]>,
-    to: &Raster<[f32; 3]>,
-    mut shifts: Raster<[f32; 2]>,
-) -> Raster<[f32; 2]> {
+fn refined(from: &Raster<[f32; 3]>, to: &Raster<[f32; 3]>, mut shifts: Raster<[f32; 2]>) -> Raster<[f32; 2]> {
     let size = from.size();
     let (width, height) = size;
     let slopes: Vec<[[f32; 2]; 3]> = (0..width * height)
@@ -184,9 +169,7 @@ fn refined(
                 let [dx, dy] = shifts.pixels[i];
                 let there = sample(to, (i % width) as f32 + dx, (i / width) as f32 + dy);
                 let here = from.pixels[i];
-                std::array::from_fn(|a| {
-                    (0..3).map(|c| (there[c] - here[c]) * slopes[i][c][a]).sum()
-                })
+                std::array::from_fn(|a| (0..3).map(|c| (there[c] - here[c]) * slopes[i][c][a]).sum())
             })
             .collect();
         let errors = window::sums(&errors, size, RADIUS);
@@ -266,9 +249,7 @@ mod tests {
     fn waves((width, height): (usize, usize), [dx, dy]: [f32; 2]) -> Encoded {
         Encoded(Raster::from_fn(width, height, |x, y| {
             let (x, y) = (x as f32 - dx, y as f32 - dy);
-            let v = 0.5
-                + 0.2 * (0.31 * x).sin() * (0.23 * y).cos()
-                + 0.15 * (0.11 * x + 0.17 * y).sin();
+            let v = 0.5 + 0.2 * (0.31 * x).sin() * (0.23 * y).cos() + 0.15 * (0.11 * x + 0.17 * y).sin();
             [v, 0.8 * v, 1.0 - v]
         }))
     }

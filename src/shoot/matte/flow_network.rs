@@ -4,8 +4,7 @@
 use std::collections::VecDeque;
 
 /// Directions to the eight neighbours as columns and rows; direction `d` is opposite to `7 - d`.
-pub const NEIGHBOURS: [(isize, isize); 8] =
-    [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+pub const NEIGHBOURS: [(isize, isize); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
 
 const TERMINAL: u8 = 8;
 const ORPHAN: u8 = 9;
@@ -149,8 +148,7 @@ impl FlowNetwork {
                             Tree::Source => (pixel, direction),
                             _ => (other, 7 - direction),
                         });
-                    } else if self.distance[other] > self.distance[pixel] + 1
-                        && self.stamp[other] <= self.stamp[pixel]
+                    } else if self.distance[other] > self.distance[pixel] + 1 && self.stamp[other] <= self.stamp[pixel]
                     {
                         self.hang(other, pixel, 7 - direction);
                     }

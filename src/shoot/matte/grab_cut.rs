@@ -51,17 +51,10 @@ pub struct GrabCut {
 
 /// Marks a rectangle around the full subject: background outside, possible subject inside. Given as left, top,
 /// width and height in pixels, and clipped to the picture.
-pub fn rectangle(
-    (width, height): (usize, usize),
-    [left, top, columns, rows]: [usize; 4],
-) -> Raster<Mark> {
+pub fn rectangle((width, height): (usize, usize), [left, top, columns, rows]: [usize; 4]) -> Raster<Mark> {
     let (right, bottom) = (left.saturating_add(columns), top.saturating_add(rows));
     Raster::from_fn(width, height, |x, y| {
-        if (left..right).contains(&x) && (top..bottom).contains(&y) {
-            Mark::MaybeSubject
-        } else {
-            Mark::Background
-        }
+        if (left..right).contains(&x) && (top..bottom).contains(&y) { Mark::MaybeSubject } else { Mark::Background }
     })
 }
 
@@ -88,19 +81,11 @@ pub struct Known<'a> {
 ///
 /// # Errors
 /// As [`grab_cut`].
-pub fn grab_cut_knowing(
-    picture: &Encoded,
-    marks: &Raster<Mark>,
-    known: &Known,
-    rounds: usize,
-) -> Result<GrabCut> {
+pub fn grab_cut_knowing(picture: &Encoded, marks: &Raster<Mark>, known: &Known, rounds: usize) -> Result<GrabCut> {
     let (width, height) = picture.0.size();
     if marks.size() != (width, height) {
         return Err(Error::invalid(
-            format!(
-                "the marks have {} × {} pixels, the picture {width} × {height}",
-                marks.width, marks.height
-            ),
+            format!("the marks have {} × {} pixels, the picture {width} × {height}", marks.width, marks.height),
             "Draw the marks on this picture",
         ));
     }
@@ -117,9 +102,7 @@ pub fn grab_cut_knowing(
         let sides = colors.iter().zip(subject);
         sides.filter(|s| *s.1 == wanted).map(|s| *s.0).collect()
     };
-    let nothing = |what: &str, remedy: &str| {
-        Error::invalid(format!("no pixel is marked as {what}"), remedy.to_owned())
-    };
+    let nothing = |what: &str, remedy: &str| Error::invalid(format!("no pixel is marked as {what}"), remedy.to_owned());
     let mut front = Mixture::split(&side(&subject, true))
         .ok_or_else(|| nothing("subject", "Mark a part of the subject to keep"))?;
     let mut back = Mixture::split(&side(&subject, false))
@@ -160,11 +143,7 @@ pub fn grab_cut_knowing(
         })
         .collect();
     let raster = |pixels| Raster { width, height, pixels };
-    Ok(GrabCut {
-        subject: raster(subject),
-        margin: Raster { width, height, pixels: margin },
-        rounds: done,
-    })
+    Ok(GrabCut { subject: raster(subject), margin: Raster { width, height, pixels: margin }, rounds: done })
 }
 
 /// Costs of separating each pixel from its neighbours to the right and below (directions 4 to 7), equation 11:
@@ -190,13 +169,8 @@ fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
         .map(|pixel| {
             std::array::from_fn(|i| {
                 let d = i + 4;
-                let length = if NEIGHBOURS[d].0 != 0 && NEIGHBOURS[d].1 != 0 {
-                    std::f64::consts::SQRT_2
-                } else {
-                    1.0
-                };
-                difference(pixel, d)
-                    .map_or(0, |apart| ((GAMMA / length) * (-beta * apart).exp() * SCALE) as i32)
+                let length = if NEIGHBOURS[d].0 != 0 && NEIGHBOURS[d].1 != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
+                difference(pixel, d).map_or(0, |apart| ((GAMMA / length) * (-beta * apart).exp() * SCALE) as i32)
             })
         })
         .collect()
@@ -205,9 +179,7 @@ fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
 fn cut(costs: &[(f64, f64)], marks: &Raster<Mark>, links: &[[i32; 4]]) -> Vec<bool> {
     let (width, height) = marks.size();
     let mut network = FlowNetwork::new(width, height);
-    for (pixel, ((&(back, front), mark), links)) in
-        costs.iter().zip(&marks.pixels).zip(links).enumerate()
-    {
+    for (pixel, ((&(back, front), mark), links)) in costs.iter().zip(&marks.pixels).zip(links).enumerate() {
         let (x, y) = (pixel % width, pixel / width);
         // A cost common to both sides changes nothing.
         let least = back.min(front);

@@ -7,16 +7,13 @@ use std::process::Command;
 fn drawn(width: usize, height: usize, seed: u32) -> (Encoded, Raster<bool>) {
     let noise = |x: usize, y: usize, c: usize| {
         let key = [x, y, c, seed as usize];
-        let mixed = key.iter().fold(0x9e37_79b9_u32, |h, &v| {
-            (h ^ v as u32).wrapping_mul(0x85eb_ca6b).rotate_left(13)
-        });
+        let mixed = key.iter().fold(0x9e37_79b9_u32, |h, &v| (h ^ v as u32).wrapping_mul(0x85eb_ca6b).rotate_left(13));
         (mixed >> 8) as f32 / 16_777_216.0 - 0.5
     };
     let (middle_x, middle_y) = (0.5 * width as f32, 0.55 * height as f32);
     let radius = (0.26 + 0.02 * (seed % 5) as f32) * width.min(height) as f32;
-    let inside = Raster::from_fn(width, height, |x, y| {
-        (x as f32 + 0.5 - middle_x).hypot(y as f32 + 0.5 - middle_y) < radius
-    });
+    let inside =
+        Raster::from_fn(width, height, |x, y| (x as f32 + 0.5 - middle_x).hypot(y as f32 + 0.5 - middle_y) < radius);
     let picture = Raster::from_fn(width, height, |x, y| {
         let color = if inside.at(x, y) {
             let stripe = if (x / 5 + y / 9) % 2 == 0 { 0.1 } else { -0.1 };
@@ -46,9 +43,7 @@ fn within_border(size: (usize, usize), border: usize) -> Raster<Mark> {
 
 /// Interview frames of the shared shoot with their mattes; empty if it is missing.
 fn interview(frames: &[usize]) -> Vec<(Encoded, Raster<bool>)> {
-    let Some(stage) = test_support::shared("data/stage") else {
-        return Vec::new();
-    };
+    let Some(stage) = test_support::shared("data/stage") else { return Vec::new() };
     let frame = |i: &usize| {
         let name = format!("frame_{i:03}.png");
         let matte = read_mask(&stage.join("interview_masks").join(&name)).unwrap();
@@ -73,9 +68,7 @@ fn person_box((width, height): (usize, usize)) -> Raster<Mark> {
 
 #[test]
 fn it_cuts_as_opencv_does() {
-    let Some(python) = test_support::python(&["cv2", "numpy"]) else {
-        return;
-    };
+    let Some(python) = test_support::python(&["cv2", "numpy"]) else { return };
     let script = test_support::repository("tests/peers/grab_cut.py");
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
@@ -173,8 +166,7 @@ fn what_a_person_marked_stays() {
 #[test]
 fn pictures_and_marks_that_say_nothing_end_in_a_sentence() {
     let (picture, _) = drawn(20, 20, 1);
-    for (mark, missing) in [(Mark::MaybeSubject, "background"), (Mark::MaybeBackground, "subject")]
-    {
+    for (mark, missing) in [(Mark::MaybeSubject, "background"), (Mark::MaybeBackground, "subject")] {
         let said = grab_cut(&picture, &Raster::filled(20, 20, mark), 5).unwrap_err();
         assert!(said.to_string().contains(missing), "{said}");
     }

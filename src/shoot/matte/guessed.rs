@@ -23,9 +23,8 @@ const LEAST: f32 = 0.01;
 pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Result<Matte> {
     let shown = Shown::from_picture(picture);
     let (left, top) = (shown.columns.start, shown.rows.start);
-    let without_bars = Encoded(Raster::from_fn(shown.columns.len(), shown.rows.len(), |x, y| {
-        picture.0.at(left + x, top + y)
-    }));
+    let without_bars =
+        Encoded(Raster::from_fn(shown.columns.len(), shown.rows.len(), |x, y| picture.0.at(left + x, top + y)));
     let found = find(&without_bars)?;
     let reduced = Reduced::from_picture(&without_bars);
     let small = reduced.small.0.size();

@@ -75,8 +75,7 @@ impl Key {
         for _ in 0..3 {
             let fit = Surface::new(light, &certain, size).ok_or_else(|| self.gone())?;
             fitted = (0..light.len()).into_par_iter().map(|i| fit.at(i, size)).collect();
-            let off =
-                |i: usize| self.hue.difference(light[i]) / self.hue.difference(fitted[i]) - 1.0;
+            let off = |i: usize| self.hue.difference(light[i]) / self.hue.difference(fitted[i]) - 1.0;
             let known: Vec<usize> = (0..light.len()).filter(|&i| certain[i]).collect();
             let limit = SIGMAS * spread(known.iter().map(|&i| off(i)), 0.0).max(LEAST_NOISE);
             for i in known {
@@ -122,8 +121,7 @@ impl Key {
                 if places.screen[i] {
                     return 0.0;
                 }
-                let [from, to, at] =
-                    [screen[i], subject[i], light[i]].map(|p| self.hue.difference(p));
+                let [from, to, at] = [screen[i], subject[i], light[i]].map(|p| self.hue.difference(p));
                 // A subject nearly as green as the screen cannot be separated by this.
                 ((from - at) / (from - to).max(0.1 * from).max(1e-4)).clamp(0.0, 1.0)
             })
@@ -164,20 +162,14 @@ impl Places {
         let subject: Vec<[f32; 1]> = inside.iter().map(|&i| [f32::from(u8::from(i))]).collect();
         let near = window::sums(&subject, size, reach);
         let far = window::sums(&subject, size, 3 * reach);
-        let (near_count, far_count) =
-            (window::counts(size, reach), window::counts(size, 3 * reach));
+        let (near_count, far_count) = (window::counts(size, reach), window::counts(size, 3 * reach));
         let full = |i: usize, sums: &[[f32; 1]], count: f32| sums[i][0] > count - 0.5;
         let deep = (0..share.len()).filter(|&i| full(i, &far, far_count(i)));
         let greenest = quantile(deep.map(|i| share[i]).collect(), 0.98);
         let greenest = greenest.unwrap_or(0.0).clamp(0.0, cut.middle);
-        let core = |i: usize| {
-            full(i, &near, near_count(i)) && (share[i] <= greenest || full(i, &far, far_count(i)))
-        };
+        let core = |i: usize| full(i, &near, near_count(i)) && (share[i] <= greenest || full(i, &far, far_count(i)));
         let outside = |i: usize| near[i][0] < 0.5 && share[i] >= cut.screen;
-        Self {
-            core: (0..share.len()).map(core).collect(),
-            screen: (0..share.len()).map(outside).collect(),
-        }
+        Self { core: (0..share.len()).map(core).collect(), screen: (0..share.len()).map(outside).collect() }
     }
 }
 

@@ -93,6 +93,5 @@ fn otsu(values: &[f32], (low, high): (f32, f32)) -> Option<(f32, f32)> {
         }
     }
     let middle = (best.1 + best.2) / 2.0 + 1.0;
-    (variance > 0.0 && best.0 > 0.0)
-        .then(|| (low + middle as f32 * width, (best.0 / variance) as f32))
+    (variance > 0.0 && best.0 > 0.0).then(|| (low + middle as f32 * width, (best.0 / variance) as f32))
 }

@@ -20,8 +20,7 @@ const LEAST_EXPLAINED: f32 = 0.6;
 pub fn lit(picture: &Encoded) -> Result<Matte> {
     let size = picture.0.size();
     let light = linear(picture);
-    let log: Vec<f32> =
-        (light.par_iter()).map(|p| p.iter().copied().fold(BLACK, f32::max).log2()).collect();
+    let log: Vec<f32> = (light.par_iter()).map(|p| p.iter().copied().fold(BLACK, f32::max).log2()).collect();
     let (threshold, explained) = otsu(&log, (BLACK.log2(), 0.01)).unwrap_or((0.0, 0.0));
     if explained < LEAST_EXPLAINED {
         return Err(Error::missing(
@@ -57,8 +56,7 @@ pub fn lit(picture: &Encoded) -> Result<Matte> {
         .collect();
     let soft = guided(&light, &mixed, size, reach);
     let in_doubt = |i: usize| !core[i] && !behind[i];
-    let mut alpha: Vec<f32> =
-        (0..mixed.len()).map(|i| if in_doubt(i) { soft[i] } else { mixed[i] }).collect();
+    let mut alpha: Vec<f32> = (0..mixed.len()).map(|i| if in_doubt(i) { soft[i] } else { mixed[i] }).collect();
     drop_loose(&mut alpha, size, &inside);
     let uncertain = (0..alpha.len()).filter(|&i| in_doubt(i)).count() as f32 / alpha.len() as f32;
     Ok(Matte { mask: Mask { width: size.0, height: size.1, pixels: alpha }, uncertain })

@@ -57,13 +57,10 @@ impl Normal {
         for (i, row) in c.iter_mut().enumerate() {
             row[i] += LEAST_VARIANCE;
         }
-        let minor = |r: [usize; 2], k: [usize; 2]| {
-            c[r[0]][k[0]] * c[r[1]][k[1]] - c[r[0]][k[1]] * c[r[1]][k[0]]
-        };
+        let minor = |r: [usize; 2], k: [usize; 2]| c[r[0]][k[0]] * c[r[1]][k[1]] - c[r[0]][k[1]] * c[r[1]][k[0]];
         let others = [[1, 2], [0, 2], [0, 1]];
         let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
-        let determinant: f64 =
-            (0..3).map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j])).sum();
+        let determinant: f64 = (0..3).map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j])).sum();
         // A covariance with this much on its diagonal is no smaller; rounding of large sums may violate that.
         let determinant = determinant.max(LEAST_VARIANCE.powi(3));
         let mut precision = Matrix::default();
@@ -72,18 +69,13 @@ impl Normal {
                 *entry = sign(i, j) * minor(others[j], others[i]) / determinant;
             }
         }
-        Self {
-            mean: moments.mean(),
-            precision,
-            level: (moments.count / total).ln() - 0.5 * determinant.ln(),
-        }
+        Self { mean: moments.mean(), precision, level: (moments.count / total).ln() - 0.5 * determinant.ln() }
     }
 
     /// Logarithm of the weighted density, up to a constant.
     fn log(&self, color: [f64; 3]) -> f64 {
         let d = [0, 1, 2].map(|i| color[i] - self.mean[i]);
-        let distance: f64 =
-            (0..3).map(|i| d[i] * (0..3).map(|j| self.precision[i][j] * d[j]).sum::<f64>()).sum();
+        let distance: f64 = (0..3).map(|i| d[i] * (0..3).map(|j| self.precision[i][j] * d[j]).sum::<f64>()).sum();
         self.level - 0.5 * distance.max(0.0)
     }
 }
@@ -113,9 +105,8 @@ impl Mixture {
 
     fn from_groups(groups: &[Moments]) -> Option<Self> {
         let total: f64 = groups.iter().map(|group| group.count).sum();
-        let normals: Vec<_> = (groups.iter().filter(|group| group.count > 0.0))
-            .map(|group| Normal::new(group, total))
-            .collect();
+        let normals: Vec<_> =
+            (groups.iter().filter(|group| group.count > 0.0)).map(|group| Normal::new(group, total)).collect();
         (!normals.is_empty()).then_some(Self(normals))
     }
 
@@ -137,16 +128,13 @@ fn split(colors: &[[f64; 3]]) -> Vec<Moments> {
     while groups.len() < COMPONENTS {
         let axes = groups.iter().map(|group| principal(&moments(group)));
         let widest = axes.enumerate().max_by(|a, b| a.1.1.total_cmp(&b.1.1).then(b.0.cmp(&a.0)));
-        let Some((place, (axis, variance))) = widest else {
-            break;
-        };
+        let Some((place, (axis, variance))) = widest else { break };
         if variance <= LEAST_VARIANCE {
             break;
         }
         let group = groups.swap_remove(place);
         let middle = dot(axis, moments(&group).mean());
-        let (low, high): (Vec<_>, Vec<_>) =
-            group.into_iter().partition(|&color| dot(axis, color) <= middle);
+        let (low, high): (Vec<_>, Vec<_>) = group.into_iter().partition(|&color| dot(axis, color) <= middle);
         groups.extend([low, high].into_iter().filter(|group| !group.is_empty()));
     }
     groups.iter().map(|group| moments(group)).collect()

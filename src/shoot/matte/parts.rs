@@ -2,11 +2,7 @@
 
 /// Pixels within the square of `reach` around a pixel of a picture with these columns and rows, that pixel
 /// included.
-pub fn around(
-    place: usize,
-    (width, height): (usize, usize),
-    reach: usize,
-) -> impl Iterator<Item = usize> {
+pub fn around(place: usize, (width, height): (usize, usize), reach: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (place % width, place / width);
     let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
     (y.saturating_sub(reach)..(y + reach + 1).min(height))

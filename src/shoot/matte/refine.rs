@@ -53,11 +53,8 @@ fn fit(mean: [f64; 13]) -> [f32; 4] {
     ];
     let [m00, m01, m02, m11, m12, m22] = minors;
     let det = xx * m00 + xy * m01 + xz * m02;
-    let slopes = [
-        (m00 * u + m01 * v + m02 * w) / det,
-        (m01 * u + m11 * v + m12 * w) / det,
-        (m02 * u + m12 * v + m22 * w) / det,
-    ];
+    let slopes =
+        [(m00 * u + m01 * v + m02 * w) / det, (m01 * u + m11 * v + m12 * w) / det, (m02 * u + m12 * v + m22 * w) / det];
     let offset = a - slopes[0] * r - slopes[1] * g - slopes[2] * b;
     [slopes[0], slopes[1], slopes[2], offset].map(|v| v as f32)
 }

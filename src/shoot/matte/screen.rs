@@ -92,11 +92,7 @@ pub fn key(picture: &Encoded) -> Result<Key> {
         )));
     }
     if share < LEAST_BORDER {
-        return Err(none(&format!(
-            "only {:.0} % of its upper border is {}",
-            100.0 * share,
-            hue.name()
-        )));
+        return Err(none(&format!("only {:.0} % of its upper border is {}", 100.0 * share, hue.name())));
     }
     let center = chroma(median).unwrap_or(mode);
     let distances = screen.iter().filter_map(|&c| chroma(c));
@@ -140,10 +136,7 @@ fn mode(chromas: &[[f32; 2]]) -> Option<[f32; 2]> {
     }
     let smooth = |x: usize, y: usize| -> usize {
         let rows = y.saturating_sub(1)..(y + 2).min(BINS);
-        rows.map(|y| {
-            counts[y * BINS..][x.saturating_sub(1)..(x + 2).min(BINS)].iter().sum::<usize>()
-        })
-        .sum()
+        rows.map(|y| counts[y * BINS..][x.saturating_sub(1)..(x + 2).min(BINS)].iter().sum::<usize>()).sum()
     };
     let places = (0..BINS * BINS).map(|i| (i % BINS, i / BINS));
     let (x, y) = places.max_by_key(|&(x, y)| (smooth(x, y), counts[y * BINS + x]))?;

@@ -55,8 +55,7 @@ impl Seeds {
             Side::Keep => 1.0,
             Side::Remove => -1.0,
         };
-        let sound: Vec<[f32; 2]> =
-            (points.iter().copied()).filter(|p| p.iter().all(|v| v.is_finite())).collect();
+        let sound: Vec<[f32; 2]> = (points.iter().copied()).filter(|p| p.iter().all(|v| v.is_finite())).collect();
         if let [point] = sound[..] {
             self.segment(value, radius, point, point);
         }
@@ -80,11 +79,8 @@ impl Seeds {
         for y in range(1, height) {
             for x in range(0, width) {
                 let at = [x as f32 + 0.5 - from[0], y as f32 + 0.5 - from[1]];
-                let share = if length > 0.0 {
-                    ((at[0] * along[0] + at[1] * along[1]) / length).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
+                let share =
+                    if length > 0.0 { ((at[0] * along[0] + at[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
                 let off = [at[0] - share * along[0], at[1] - share * along[1]];
                 if off[0] * off[0] + off[1] * off[1] <= radius * radius {
                     self.0.pixels[y * width + x] = value;
@@ -143,10 +139,6 @@ impl Seeds {
         if self.size() == size {
             return Ok(());
         }
-        Err(Error::other_size(
-            ("the strokes", self.size()),
-            ("the picture", size),
-            "Paint on this picture",
-        ))
+        Err(Error::other_size(("the strokes", self.size()), ("the picture", size), "Paint on this picture"))
     }
 }

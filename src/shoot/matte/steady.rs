@@ -56,9 +56,7 @@ pub fn steadied(picture: &Encoded, matte: &Mask, others: &[Neighbour]) -> Mask {
         let both: Raster<[f32; 4]> = Raster {
             width: size.0,
             height: size.1,
-            pixels: (other.0.pixels.iter().zip(&alpha.pixels))
-                .map(|(p, a)| [p[0], p[1], p[2], *a])
-                .collect(),
+            pixels: (other.0.pixels.iter().zip(&alpha.pixels)).map(|(p, a)| [p[0], p[1], p[2], *a]).collect(),
         };
         let there = flow.warped(&both);
         let trust = resize(flow.trust(), size.0, size.1);
@@ -72,8 +70,7 @@ pub fn steadied(picture: &Encoded, matte: &Mask, others: &[Neighbour]) -> Mask {
             .collect();
         let near = window::sums(&apart, size, 1);
         let count = window::counts(size, 1);
-        let mean: Vec<f32> =
-            (near.par_iter().enumerate()).map(|(i, sum)| sum[0] / count(i)).collect();
+        let mean: Vec<f32> = (near.par_iter().enumerate()).map(|(i, sum)| sum[0] / count(i)).collect();
         let noise = quantile(mean.iter().copied().step_by(7).collect(), 0.5);
         let noise = noise.unwrap_or(0.0).clamp(LEAST_NOISE, MOST_NOISE);
         (sums.par_iter_mut().enumerate()).for_each(|(i, [sum, weights])| {

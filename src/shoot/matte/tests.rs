@@ -36,11 +36,7 @@ fn frames(shoot: &Path, step: usize) -> (f32, f32) {
         let found = key(&picture).unwrap().matte(&picture).unwrap();
         let truth = shoot.join("interview_masks").join(path.file_name().unwrap());
         let (iou, off) = scores(&found.mask, &file::read_mask(&truth).unwrap());
-        println!(
-            "{} IoU {iou:.4}, error {off:.5}, uncertain {:.3}",
-            path.display(),
-            found.uncertain
-        );
+        println!("{} IoU {iou:.4}, error {off:.5}, uncertain {:.3}", path.display(), found.uncertain);
         worst = (worst.0.min(iou), worst.1.max(off));
     }
     worst
@@ -70,9 +66,7 @@ fn poses(shoot: &Path) -> (f32, f32) {
 
 #[test]
 fn mattes_of_the_shared_shoot_are_those_of_its_truth() {
-    let Some(shoot) = test_support::shared("data/stage") else {
-        return;
-    };
+    let Some(shoot) = test_support::shared("data/stage") else { return };
     let (iou, off) = frames(&shoot, 4);
     assert!(iou >= 0.985 && off <= 0.01, "frames: {iou} {off}");
     let (iou, off) = poses(&shoot);
@@ -83,8 +77,7 @@ fn mattes_of_the_shared_shoot_are_those_of_its_truth() {
 fn mattes_of_virtual_stages_are_those_of_their_truth() {
     for seed in [3, 17] {
         let folder = tempfile::tempdir().unwrap();
-        let settings =
-            StageSettings { frames: 2, size: 128, lamps: 6, seed, ..StageSettings::default() };
+        let settings = StageSettings { frames: 2, size: 128, lamps: 6, seed, ..StageSettings::default() };
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
         let (iou, off) = frames(folder.path(), 1);
         assert!(iou >= 0.985 && off <= 0.01, "seed {seed}: {iou} {off}");
@@ -102,9 +95,7 @@ pub fn round(size: (usize, usize), screen: [f32; 3], subject: [f32; 3]) -> (Enco
     });
     let picture = Raster::from_fn(size.0, size.1, |x, y| {
         let (a, light) = (truth.at(x, y), 1.0 - 0.5 * x as f32 / w);
-        std::array::from_fn(|c| {
-            imaging::color::srgb_from_linear(a * subject[c] + (1.0 - a) * light * screen[c])
-        })
+        std::array::from_fn(|c| imaging::color::srgb_from_linear(a * subject[c] + (1.0 - a) * light * screen[c]))
     });
     (Encoded(picture), truth)
 }
@@ -207,11 +198,9 @@ fn a_box_is_enough_before_any_background() {
         }
     }
     // No screen: grey, and one as warm as the subject; also at twice the size of the cut.
-    for (screen, size) in [
-        ([0.3, 0.3, 0.3], (150, 110)),
-        ([0.25, 0.1, 0.1], (200, 180)),
-        ([0.3, 0.3, 0.3], (1000, 700)),
-    ] {
+    for (screen, size) in
+        [([0.3, 0.3, 0.3], (150, 110)), ([0.25, 0.1, 0.1], (200, 180)), ([0.3, 0.3, 0.3], (1000, 700))]
+    {
         let (picture, truth) = round(size, screen, [0.5, 0.35, 0.2]);
         let (w, h) = size;
         let found = boxed(&picture, [w / 10, h / 12, w - w / 5, h]).unwrap();

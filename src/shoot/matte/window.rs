@@ -4,21 +4,13 @@ use rayon::prelude::*;
 
 /// Sums of `values`, `width × height` of them in rows, over the square window of `radius` around each pixel,
 /// clipped at the border.
-pub fn sums<const N: usize>(
-    values: &[[f32; N]],
-    (width, height): (usize, usize),
-    radius: usize,
-) -> Vec<[f32; N]> {
+pub fn sums<const N: usize>(values: &[[f32; N]], (width, height): (usize, usize), radius: usize) -> Vec<[f32; N]> {
     let rows = along(values, (width, height), radius);
     along(&rows, (height, width), radius)
 }
 
 /// Sums along rows, transposed.
-fn along<const N: usize>(
-    values: &[[f32; N]],
-    (width, height): (usize, usize),
-    radius: usize,
-) -> Vec<[f32; N]> {
+fn along<const N: usize>(values: &[[f32; N]], (width, height): (usize, usize), radius: usize) -> Vec<[f32; N]> {
     let rows: Vec<Vec<[f32; N]>> = values
         .par_chunks(width)
         .map(|row| {
@@ -52,8 +44,7 @@ fn along<const N: usize>(
 pub fn counts(size: (usize, usize), radius: usize) -> impl Fn(usize) -> f32 + Sync {
     move |place| {
         let (x, y) = (place % size.0, place / size.0);
-        let along =
-            |at: usize, length: usize| (at + radius + 1).min(length) - at.saturating_sub(radius);
+        let along = |at: usize, length: usize| (at + radius + 1).min(length) - at.saturating_sub(radius);
         (along(x, size.0) * along(y, size.1)) as f32
     }
 }

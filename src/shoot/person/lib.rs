@@ -32,8 +32,8 @@ impl Segmenter {
         let device = Device::flex();
         let mut network = Network::new(&device);
         // The file has half floats.
-        let mut store = SafetensorsStore::from_bytes(Some(WEIGHTS.to_vec()))
-            .with_from_adapter(FloatCastAdapter::to(DType::F32));
+        let mut store =
+            SafetensorsStore::from_bytes(Some(WEIGHTS.to_vec())).with_from_adapter(FloatCastAdapter::to(DType::F32));
         (store.apply_to(&mut network))
             .map_err(|e| Error::bug(format!("cannot read the person network's weights: {e}")))?;
         Ok(Self { network, device })

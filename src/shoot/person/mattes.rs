@@ -79,9 +79,7 @@ fn part(panorama: &imaging::Image, (width, height): (usize, usize), turn: usize)
     let rows = panorama.height / 2;
     let columns = (rows * width / height).min(panorama.width);
     let start = turn * panorama.width / 3;
-    let cut = Raster::from_fn(columns, rows, |x, y| {
-        panorama.at((start + x) % panorama.width, y + rows / 2)
-    });
+    let cut = Raster::from_fn(columns, rows, |x, y| panorama.at((start + x) % panorama.width, y + rows / 2));
     let cut = resize(&resize_area(&cut, columns.min(width), rows.min(height)), width, height);
     let mut levels: Vec<f32> = cut.pixels.iter().map(|p| p[1]).collect();
     levels.sort_by(f32::total_cmp);
@@ -104,9 +102,7 @@ fn frame(shoot: &Path, index: usize) -> (Encoded, Mask) {
 /// Frames of a real man in front of a green screen, without the bar below, and the mattes of their key. Empty
 /// without the footage.
 fn filmed() -> Vec<(Encoded, Mask)> {
-    let Some(movie) = test_support::shared("data/footage/d0.mp4") else {
-        return Vec::new();
-    };
+    let Some(movie) = test_support::shared("data/footage/d0.mp4") else { return Vec::new() };
     if !test_support::ffmpeg() {
         return Vec::new();
     }
@@ -135,8 +131,7 @@ fn a_person_is_found_without_screen_or_box() {
     let mut all = Worst::new();
     for seed in [3, 17] {
         let folder = tempfile::tempdir().unwrap();
-        let settings =
-            StageSettings { frames: 2, size: 256, lamps: 4, seed, ..StageSettings::default() };
+        let settings = StageSettings { frames: 2, size: 256, lamps: 4, seed, ..StageSettings::default() };
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
         let mut worst = Worst::new();
         for index in 0..2 {
@@ -171,9 +166,7 @@ fn a_person_is_found_without_screen_or_box() {
     let [_, [iou, off]] = all.0;
     assert!(iou >= SCREEN[0] && off <= SCREEN[1], "{iou} {off}");
 
-    let Some(panoramas) = test_support::shared("data/hdri") else {
-        return;
-    };
+    let Some(panoramas) = test_support::shared("data/hdri") else { return };
     let mut worst = Worst::new();
     for name in ["interior", "forest", "courtyard"] {
         let panorama = read_linear(&panoramas.join(format!("{name}.exr"))).unwrap();
@@ -195,8 +188,7 @@ fn a_person_is_found_without_screen_or_box() {
 fn a_shoot_without_a_screen_gets_mattes() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let settings =
-        StageSettings { frames: 2, size: 128, lamps: 4, seed: 5, ..StageSettings::default() };
+    let settings = StageSettings { frames: 2, size: 128, lamps: 4, seed: 5, ..StageSettings::default() };
     write_shoot(&shoot, &settings, &silent).unwrap();
     let put = |file: &Path, truth: &Mask, level: f32| {
         let wall = imaging::Image::filled(128, 128, [0.2, 0.19, 0.18].map(|v| level * v));
@@ -261,13 +253,10 @@ fn bars_that_fill_the_picture_up_are_not_looked_at() {
     write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
     let (picture, truth) = frame(folder.path(), 0);
     let bars = |x: usize, y: usize| !(20..148).contains(&x) || y >= 128;
-    let wide = Encoded(Raster::from_fn(168, 150, |x, y| {
-        if bars(x, y) { [0.0; 3] } else { picture.0.at(x - 20, y) }
-    }));
+    let wide = Encoded(Raster::from_fn(168, 150, |x, y| if bars(x, y) { [0.0; 3] } else { picture.0.at(x - 20, y) }));
     // The line next to a bar counts as bar.
-    let truth = Raster::from_fn(168, 150, |x, y| {
-        if !(21..147).contains(&x) || y >= 127 { 0.0 } else { truth.at(x - 20, y) }
-    });
+    let truth =
+        Raster::from_fn(168, 150, |x, y| if !(21..147).contains(&x) || y >= 127 { 0.0 } else { truth.at(x - 20, y) });
     let found = guessed(&wide, |p| segmenter.probability(p)).unwrap();
     let [iou, off] = scores(&found.mask, &truth);
     assert!(iou >= 0.98 && off <= 0.01, "{iou} {off}");
@@ -297,9 +286,7 @@ fn where_nobody_is_a_sentence_says_so() {
         let said = said(&Encoded(room)).unwrap();
         assert!(said.contains("nor a person") && said.contains("--box"), "{said}");
     }
-    let Some(panoramas) = test_support::shared("data/hdri") else {
-        return;
-    };
+    let Some(panoramas) = test_support::shared("data/hdri") else { return };
     let (mut rooms, mut empty) = (0, 0);
     for name in ["interior", "city", "forest", "studio", "courtyard"] {
         let panorama = read_linear(&panoramas.join(format!("{name}.exr"))).unwrap();

@@ -27,12 +27,7 @@ impl Activation {
 }
 
 /// A convolution with TensorFlow's `SAME` padding: an odd row or column of it lies below or to the right.
-fn convolution(
-    from: usize,
-    to: usize,
-    (kernel, stride): (usize, usize),
-    device: &Device,
-) -> Conv2d {
+fn convolution(from: usize, to: usize, (kernel, stride): (usize, usize), device: &Device) -> Conv2d {
     Conv2dConfig::new([from, to], [kernel, kernel])
         .with_stride([stride, stride])
         .with_padding(PaddingConfig2d::Same)
@@ -194,9 +189,7 @@ impl Network {
             blocks: shapes.iter().map(|shape| Block::new(shape, device)).collect(),
             features: convolution(32, 128, POINT, device),
             context: convolution(32, 128, POINT, device),
-            stages: [(128, 24), (24, 16), (16, 16)]
-                .map(|(from, to)| Stage::new(from, to, device))
-                .into(),
+            stages: [(128, 24), (24, 16), (16, 16)].map(|(from, to)| Stage::new(from, to, device)).into(),
             segment: ConvTranspose2dConfig::new([16, 1], [2, 2]).with_stride([2, 2]).init(device),
         }
     }

@@ -62,25 +62,18 @@ fn it_says_what_mediapipe_said_of_a_drawn_person() {
 
 #[test]
 fn it_says_what_mediapipe_says() {
-    let Some(python) = test_support::mediapipe() else {
-        return;
-    };
+    let Some(python) = test_support::mediapipe() else { return };
     let script = test_support::repository("tests/peers/person.py");
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
     let mut pictures = vec![drawn()];
     if let Some(stage) = test_support::shared("data/stage/interview") {
-        pictures.extend(
-            ["frame_003.png", "frame_029.png"].map(|name| read_encoded(&stage.join(name)).unwrap()),
-        );
+        pictures.extend(["frame_003.png", "frame_029.png"].map(|name| read_encoded(&stage.join(name)).unwrap()));
     }
     let segmenter = Segmenter::new().unwrap();
     for picture in pictures {
         write_png(&file("picture.png"), &picture).unwrap();
-        let status = Command::new(&python)
-            .args([&script, &file("picture.png"), &file("out.f32")])
-            .status()
-            .unwrap();
+        let status = Command::new(&python).args([&script, &file("picture.png"), &file("out.f32")]).status().unwrap();
         assert!(status.success());
         let theirs = floats(&std::fs::read(file("out.f32")).unwrap());
         let ours = segmenter.probability(&picture).unwrap();

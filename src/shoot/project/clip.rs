@@ -116,10 +116,7 @@ impl Takes {
         for (what, take) in poses.chain(balls) {
             if let Some(lamp) = lamps.clone().find(|&lamp| !take.lamps.contains_key(lamp)) {
                 return Err(Error::invalid(
-                    format!(
-                        "`takes` has no frame of {} for {what} under {lamp}",
-                        take.movie.display()
-                    ),
+                    format!("`takes` has no frame of {} for {what} under {lamp}", take.movie.display()),
                     "Correct it, or import the shoot again",
                 ));
             }
@@ -147,9 +144,7 @@ impl Frames {
     pub fn get(&self, frame: usize) -> Option<Cow<'_, str>> {
         match self {
             Self::Named(names) => names.get(frame).map(|name| Cow::Borrowed(&**name)),
-            Self::Clip(clip) if frame < self.len() => {
-                Some(format!("frame_{:06}", clip.first + frame as u64).into())
-            }
+            Self::Clip(clip) if frame < self.len() => Some(format!("frame_{:06}", clip.first + frame as u64).into()),
             Self::Clip(_) => None,
         }
     }

@@ -19,19 +19,7 @@ pub struct Corrections {
 }
 
 /// Axis along which a picture is mirrored.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     LeftRight,
@@ -58,9 +46,10 @@ impl Corrections {
     /// Names in the corrections: poses, lamps, files.
     pub fn names(&self) -> impl Iterator<Item = &String> {
         let missing = self.missing.iter().flat_map(|(pose, lamps)| [pose].into_iter().chain(lamps));
-        let exchanged = self.exchanged.iter().flat_map(|(pose, files)| {
-            [pose].into_iter().chain(files.iter().flat_map(|(lamp, file)| [lamp, file]))
-        });
+        let exchanged = self
+            .exchanged
+            .iter()
+            .flat_map(|(pose, files)| [pose].into_iter().chain(files.iter().flat_map(|(lamp, file)| [lamp, file])));
         missing.chain(exchanged)
     }
 }

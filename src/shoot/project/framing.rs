@@ -59,13 +59,7 @@ impl Framing {
             let free = (length.min(LONGEST_SIDE) as i32) - (side.min(LONGEST_SIDE) as i32);
             free.div_euclid(2)
         };
-        Self {
-            source: [width, height],
-            x: middle(width),
-            y: middle(height),
-            side,
-            padding: Padding::default(),
-        }
+        Self { source: [width, height], x: middle(width), y: middle(height), side, padding: Padding::default() }
     }
 
     /// The same square of the same pictures at another resolution; None if its edges fall inside pixels there.

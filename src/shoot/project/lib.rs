@@ -104,12 +104,7 @@ impl Project {
                     frames: vec![].into(),
                     damaged_frames: DamagedFrames::Stop,
                     takes: Takes::default(),
-                    ball: Ball {
-                        center_px: [8.0; 2],
-                        radius_px: 6.0,
-                        radius_m: 0.1,
-                        camera_distance_m: 3.0,
-                    },
+                    ball: Ball { center_px: [8.0; 2], radius_px: 6.0, radius_m: 0.1, camera_distance_m: 3.0 },
                     second_ball: None,
                     dome_radius_m: None,
                     environments: vec![],
@@ -135,15 +130,11 @@ impl Project {
                 "open",
                 &path,
                 e,
-                (
-                    "Choose a project's folder, or make a project",
-                    "afterlight import PROJECT --shoot DIR",
-                ),
+                ("Choose a project's folder, or make a project", "afterlight import PROJECT --shoot DIR"),
             )
         })?;
-        let settings: Settings = toml::from_str(&text).map_err(|e| {
-            Error::codec("read", &path, e.message(), "Correct the line, or import the shoot again")
-        })?;
+        let settings: Settings = toml::from_str(&text)
+            .map_err(|e| Error::codec("read", &path, e.message(), "Correct the line, or import the shoot again"))?;
         if settings.format != FORMAT {
             return Err(Error::invalid(
                 format!(
@@ -191,14 +182,10 @@ impl Project {
         }
         let shoot = &self.settings.shoot;
         let environments = self.settings.environments.iter();
-        let mut paths = (environments.map(|one| &one.file).chain([&shoot.folder]))
-            .chain(&self.settings.color_config);
+        let mut paths = (environments.map(|one| &one.file).chain([&shoot.folder])).chain(&self.settings.color_config);
         if let Some(path) = paths.find(|path| path.to_str().is_none()) {
             return Err(Error::invalid(
-                format!(
-                    "project.toml cannot hold the path {}, because it is not UTF-8",
-                    path.display()
-                ),
+                format!("project.toml cannot hold the path {}, because it is not UTF-8", path.display()),
                 "Rename the file or folder",
             ));
         }
@@ -272,11 +259,9 @@ impl Project {
     /// When it lacks one of these.
     pub fn check_parts(&self) -> Result<()> {
         let shoot = &self.settings.shoot;
-        for (what, count) in [
-            ("poses", shoot.poses.len()),
-            ("lamps", shoot.lamps.len()),
-            ("frames", shoot.frames.len()),
-        ] {
+        for (what, count) in
+            [("poses", shoot.poses.len()), ("lamps", shoot.lamps.len()), ("frames", shoot.frames.len())]
+        {
             if count == 0 {
                 return Err(Error::missing(
                     format!("{} lists no {what}", self.root.join("project.toml").display()),
@@ -295,14 +280,9 @@ impl Project {
         let mut moved = self.clone();
         moved.settings.shoot.folder = relative(&self.root, folder)?;
         let shoot = &moved.settings.shoot;
-        let frames =
-            [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
+        let frames = [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
         let poses = (0..shoot.poses.len()).map(|pose| {
-            if shoot.lamps.is_empty() {
-                moved.exemplar_matte(pose).picture().clone()
-            } else {
-                moved.first_olat(pose)
-            }
+            if shoot.lamps.is_empty() { moved.exemplar_matte(pose).picture().clone() } else { moved.first_olat(pose) }
         });
         let mut needed = frames.into_iter().chain(poses);
         if let Some(missing) = needed.find(|picture| !picture.is_there()) {
@@ -357,23 +337,15 @@ impl Project {
     /// # Errors
     /// When the folder cannot be written.
     pub fn put_aside(&self) -> Result<Option<PathBuf>> {
-        const COMPUTED: [&str; 6] = [
-            "calibration.toml",
-            "checkpoint",
-            "checkpoints",
-            "training.csv",
-            "held_out.csv",
-            "measured.json",
-        ];
+        const COMPUTED: [&str; 6] =
+            ["calibration.toml", "checkpoint", "checkpoints", "training.csv", "held_out.csv", "measured.json"];
         let there = COMPUTED.map(|name| self.root.join(name));
         let mut there = there.iter().filter(|path| path.exists()).peekable();
         if there.peek().is_none() {
             return Ok(None);
         }
-        let aside = (1..)
-            .map(|n| self.root.join(format!("aside-{n}")))
-            .find(|folder| !folder.exists())
-            .unwrap_or_default();
+        let aside =
+            (1..).map(|n| self.root.join(format!("aside-{n}"))).find(|folder| !folder.exists()).unwrap_or_default();
         let refuse = |path: &Path, e: std::io::Error| {
             Error::io("move", path, e, "Check that the project's folder can be written")
         };
@@ -416,9 +388,7 @@ impl Project {
 /// # Errors
 /// When one of them does not exist.
 pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
-    let full = |p: &Path| {
-        p.canonicalize().map_err(|e| Error::io("open", p, e, "Check that the folder exists"))
-    };
+    let full = |p: &Path| p.canonicalize().map_err(|e| Error::io("open", p, e, "Check that the folder exists"));
     let (from, to) = (full(from)?, full(to)?);
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
@@ -443,8 +413,8 @@ pub fn check_size(size: usize) -> Result<()> {
 
 /// Writes `value` as TOML beside `path` and renames it.
 pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = toml::to_string_pretty(value)
-        .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
+    let text =
+        toml::to_string_pretty(value).map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
     write_beside(path, |out| std::io::Write::write_all(out, text.as_bytes()))
 }
 

@@ -27,9 +27,8 @@ impl Lock {
         let path = root.join(".lock");
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
-        let mut file = files::open_own(&path, &options).map_err(|e| {
-            Error::io("write", &path, e, "Check that the project's folder can be written")
-        })?;
+        let mut file = files::open_own(&path, &options)
+            .map_err(|e| Error::io("write", &path, e, "Check that the project's folder can be written"))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::busy(
                 format!("{} is in use by {}", root.display(), holder(&mut file)),
@@ -87,9 +86,7 @@ fn holder(file: &mut File) -> String {
 /// The name of this machine.
 pub fn host_name() -> Option<String> {
     let kernel = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
-    let name = kernel.or_else(|| {
-        ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok())
-    })?;
+    let name = kernel.or_else(|| ["HOSTNAME", "COMPUTERNAME"].iter().find_map(|name| std::env::var(name).ok()))?;
     let name = name.trim();
     (!name.is_empty()).then(|| name.to_owned())
 }

@@ -78,11 +78,7 @@ impl Project {
         };
         let own = self.frame_matte_path(frame);
         if let Some(movie) = &self.settings.shoot.takes.interview_mattes {
-            return Matte::Grey(if own.is_file() {
-                Picture::File(own)
-            } else {
-                self.movie_frame(movie, frame as u64)
-            });
+            return Matte::Grey(if own.is_file() { Picture::File(own) } else { self.movie_frame(movie, frame as u64) });
         }
         let shoots = self.found(format!("{INTERVIEW_MATTES}/{}", frames.name(frame)));
         if is_clip && !shoots.is_file() && !own.is_file() {
@@ -141,9 +137,7 @@ impl Project {
             return Vec::new();
         }
         let lamps = 0..shoot.all_lamps().len();
-        std::iter::once(self.interview_probe_picture())
-            .chain(lamps.map(|lamp| self.lamp_probe_picture(lamp)))
-            .collect()
+        std::iter::once(self.interview_probe_picture()).chain(lamps.map(|lamp| self.lamp_probe_picture(lamp))).collect()
     }
 
     /// The tracking frames of pose `pose`, if they are frames of its movie, and the time of each: the number of
@@ -153,9 +147,7 @@ impl Project {
         let take = shoot.takes.poses.get(&shoot.poses[pose]);
         let tracking = take.into_iter().flat_map(|take| {
             let lit_before = |frame| take.lamps.values().filter(|&&lit| lit < frame).count();
-            take.tracking
-                .iter()
-                .map(move |&frame| (self.movie_frame(&take.movie, frame), lit_before(frame)))
+            take.tracking.iter().map(move |&frame| (self.movie_frame(&take.movie, frame), lit_before(frame)))
         });
         tracking.collect()
     }

@@ -14,8 +14,8 @@ const SEAL: &str = "# Not to be changed by hand: checksum ";
 /// # Errors
 /// When the file cannot be written.
 pub fn save_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = toml::to_string_pretty(value)
-        .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
+    let text =
+        toml::to_string_pretty(value).map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
     let sum = crc32fast::hash(text.as_bytes());
     write_beside(path, |out| write!(out, "{SEAL}{sum:08x}\n{text}"))
 }

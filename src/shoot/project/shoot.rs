@@ -160,10 +160,7 @@ impl Shoot {
                 &[]
             }
         };
-        let mut names = (self.poses.iter())
-            .chain(self.all_lamps())
-            .chain(frames)
-            .chain(self.corrections.names());
+        let mut names = (self.poses.iter()).chain(self.all_lamps()).chain(frames).chain(self.corrections.names());
         // File systems have no longer names.
         if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
             let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");

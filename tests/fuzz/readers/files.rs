@@ -71,9 +71,7 @@ pub fn openexr() -> Vec<Vec<u8>> {
 
 /// PNG, JPEG and TIFF, of eight and sixteen bits and of floating point, in grey and in colour.
 pub fn encoded() -> Vec<Vec<u8>> {
-    let rgb = image::RgbImage::from_fn(16, 8, |x, y| {
-        image::Rgb([(x * 16) as u8, (y * 32) as u8, (x ^ y) as u8])
-    });
+    let rgb = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([(x * 16) as u8, (y * 32) as u8, (x ^ y) as u8]));
     let rgb = DynamicImage::ImageRgb8(rgb);
     let write = |picture: DynamicImage, format| {
         let mut bytes = Vec::new();

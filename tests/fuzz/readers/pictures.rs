@@ -45,23 +45,17 @@ fn encoded_panoramas_of_any_content_are_read_or_refused() {
 fn pictures_of_any_content_are_read_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     // The second decoder reads only one of eight orientations, and no XYZE.
-    let radiance =
-        files::radiance().into_iter().filter(|file| !file.ends_with(b"\x01\x01\x01\x03"));
+    let radiance = files::radiance().into_iter().filter(|file| !file.ends_with(b"\x01\x01\x01\x03"));
     // Neither layers by name nor grey ones.
     let openexr = files::openexr().into_iter().take(7);
     let pictures = [files::encoded(), radiance.collect(), openexr.collect()].concat();
-    let target = Target {
-        repair: png_checksums,
-        ..Target::of_bytes("pictures", folder.path().join("frame.png"), pictures)
-    };
+    let target =
+        Target { repair: png_checksums, ..Target::of_bytes("pictures", folder.path().join("frame.png"), pictures) };
     let measured = fuzz::run!(target, |path: &Path| {
         let said = file::dimensions(path).map(drop);
         let read = file::read_linear(path).map(drop);
         let coverage = file::read_mask(path).map(drop);
-        said.and(read)
-            .and(coverage)
-            .and(file::read_encoded(path).map(drop))
-            .map_err(|e| e.to_string())
+        said.and(read).and(coverage).and(file::read_encoded(path).map(drop)).map_err(|e| e.to_string())
     });
     shown!(Strangers, "Pictures and mattes with arbitrary content",
         bound: "4 GiB at once", measured: measured);

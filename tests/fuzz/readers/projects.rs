@@ -105,16 +105,15 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
         "tracking": {"before_lamp": [0, 2, 4]}, "bank_directions": [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]],
         "hdris": [{"name": "sky", "file": "sky.exr", "front": 90}]}"#;
     let poses = project.settings.shoot.poses.len().to_string();
-    let some = String::from_utf8_lossy(some)
-        .replace("\"exemplar_poses\": 1", &format!("\"exemplar_poses\": {poses}"));
+    let some = String::from_utf8_lossy(some).replace("\"exemplar_poses\": 1", &format!("\"exemplar_poses\": {poses}"));
     let root = folder.path().join("imported");
     let target = Target::of_text("manifest", path, vec![full, some.into_bytes(), b"{}".to_vec()]);
     let measured = fuzz::run!(target, |path: &Path| {
         scan::scan(&shoot, None);
         let settings = ImportSettings { size: 32, seed: 1, layer: None };
         let _ = std::fs::remove_dir_all(&root);
-        let imported = import(&root, &shoot, &settings, &Progress::silent())
-            .map_err(|e| format!("{}: {e}", path.display()))?;
+        let imported =
+            import(&root, &shoot, &settings, &Progress::silent()).map_err(|e| format!("{}: {e}", path.display()))?;
         assert_eq!(Project::open(&root).unwrap(), imported);
         TrackingFrames::new(&imported, 0).map(drop).map_err(|e| e.to_string())
     });

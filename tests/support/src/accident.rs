@@ -82,19 +82,14 @@ impl Moment {
         for process in children {
             super::wait_for(|| (!lives(process)).then_some(()));
         }
-        if finished {
-            End::Finished(status, std::fs::read_to_string(said.path()).unwrap())
-        } else {
-            End::Killed
-        }
+        if finished { End::Finished(status, std::fs::read_to_string(said.path()).unwrap()) } else { End::Killed }
     }
 
     /// Waits for the moment; true if the program ended before it.
     fn wait(&self, child: &mut Child) -> bool {
         let names = || -> Vec<_> {
             let folders = self.folders.iter();
-            let entries =
-                folders.flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten());
+            let entries = folders.flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten());
             let mut names: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
             names.sort();
             names
@@ -116,9 +111,7 @@ impl Moment {
                 return true;
             }
             // Some moments are only microseconds away.
-            std::thread::sleep(
-                Duration::from_micros(200).min(self.after - started.elapsed().min(self.after)),
-            );
+            std::thread::sleep(Duration::from_micros(200).min(self.after - started.elapsed().min(self.after)));
         }
         ended(child)
     }

@@ -96,10 +96,7 @@ pub fn require(need: Need, here: bool, why: impl Display) -> bool {
 /// # Panics
 /// If it is missing and `AFTERLIGHT_REQUIRED` names it.
 pub fn found<T>(need: Need, result: Result<T, impl Display>) -> Option<T> {
-    let rules = Rules::new(
-        &std::env::var(REQUIRED).unwrap_or_default(),
-        std::env::var_os(SKIPPED).map(PathBuf::from),
-    );
+    let rules = Rules::new(&std::env::var(REQUIRED).unwrap_or_default(), std::env::var_os(SKIPPED).map(PathBuf::from));
     let result = result.map_err(|why| rules.miss(need, &why.to_string()));
     result.ok()
 }
@@ -181,9 +178,8 @@ mod tests {
         let lines = std::fs::read_to_string(&record).unwrap();
         let test = "need::tests::each_skip_is_a_line_with_need_crate_test_and_reason";
         // With a single thread, tests run on the main thread, without their own names.
-        let test = [test, "main"].map(|test| {
-            format!("small disk\tafterlight-test-support\t{test}\tmount: only root may do that\n")
-        });
+        let test = [test, "main"]
+            .map(|test| format!("small disk\tafterlight-test-support\t{test}\tmount: only root may do that\n"));
         assert!(test.contains(&lines), "{lines}");
 
         std::thread::scope(|threads| {

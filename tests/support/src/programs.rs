@@ -25,9 +25,9 @@ pub fn blender() -> bool {
 /// The program `openjd` named by `AFTERLIGHT_OPENJD`, if it starts; otherwise the test returns.
 pub fn openjd() -> Option<PathBuf> {
     let named = std::env::var_os("AFTERLIGHT_OPENJD").filter(|program| !program.is_empty());
-    let program = named.map(PathBuf::from).ok_or_else(|| {
-        "AFTERLIGHT_OPENJD does not name openjd-cli; `make openjd` installs it".to_owned()
-    });
+    let program = named
+        .map(PathBuf::from)
+        .ok_or_else(|| "AFTERLIGHT_OPENJD does not name openjd-cli; `make openjd` installs it".to_owned());
     let program = program.and_then(|program| {
         if starts(&program.to_string_lossy(), "--help") {
             Ok(program)

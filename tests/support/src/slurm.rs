@@ -26,8 +26,7 @@ impl Slurm {
         let config = folder.path().join("slurm.conf");
         let slurm = Self { folder, config };
         let at = |name: &str| slurm.folder.path().join(name);
-        let key: Vec<u8> =
-            (0..1024u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+        let key: Vec<u8> = (0..1024u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
         std::fs::write(at("munge.key"), key).map_err(|e| e.to_string())?;
         private(&at("munge.key"))?;
         for name in ["state", "spool"] {
@@ -43,8 +42,7 @@ impl Slurm {
             option("seed-file", "munge.seed"),
         ];
         run(Command::new("munged").args(munged))?;
-        let host =
-            std::fs::read_to_string("/proc/sys/kernel/hostname").map_err(|e| e.to_string())?;
+        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").map_err(|e| e.to_string())?;
         let host = host.trim().split('.').next().unwrap_or_default().to_owned();
         let ports = [free_port()?, free_port()?];
         std::fs::write(&slurm.config, slurm.text(&host, ports)).map_err(|e| e.to_string())?;
@@ -81,8 +79,7 @@ impl Slurm {
             "ProctrackType=proctrack/linuxproc\nTaskPlugin=task/none".to_owned(),
             "SchedulerType=sched/builtin\nSelectType=select/cons_tres".to_owned(),
             "SelectTypeParameters=CR_Core\nJobAcctGatherType=jobacct_gather/none".to_owned(),
-            "AccountingStorageType=accounting_storage/none\nReturnToService=2\nMpiDefault=none"
-                .to_owned(),
+            "AccountingStorageType=accounting_storage/none\nReturnToService=2\nMpiDefault=none".to_owned(),
             // Failed tasks are retried at once.
             "SchedulerParameters=batch_sched_delay=0,sched_interval=1".to_owned(),
             format!("NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=1024 State=UNKNOWN"),
@@ -124,9 +121,7 @@ impl Drop for Slurm {
     fn drop(&mut self) {
         for name in ["slurmd", "slurmctld", "munged"] {
             let pid = std::fs::read_to_string(self.folder.path().join(format!("{name}.pid")));
-            let Ok(pid) = pid.unwrap_or_default().trim().parse::<u32>() else {
-                continue;
-            };
+            let Ok(pid) = pid.unwrap_or_default().trim().parse::<u32>() else { continue };
             let _ = Command::new("kill").arg(pid.to_string()).status();
             let end = Instant::now() + PATIENCE;
             let process = PathBuf::from(format!("/proc/{pid}"));

@@ -28,14 +28,8 @@ pub enum Section {
 }
 
 impl Section {
-    const ALL: [Self; 6] = [
-        Self::Strangers,
-        Self::Accidents,
-        Self::Surroundings,
-        Self::Light,
-        Self::Network,
-        Self::Pictures,
-    ];
+    const ALL: [Self; 6] =
+        [Self::Strangers, Self::Accidents, Self::Surroundings, Self::Light, Self::Network, Self::Pictures];
 
     fn title(self) -> &'static str {
         match self {
@@ -84,9 +78,7 @@ macro_rules! shown {
 /// # Panics
 /// If the file cannot be written.
 pub fn record(package: &str, place: &str, case: &Case) {
-    let Some(path) = std::env::var_os(RECORD) else {
-        return;
-    };
+    let Some(path) = std::env::var_os(RECORD) else { return };
     // In a single write, since other tests append at the same time.
     std::fs::OpenOptions::new()
         .append(true)
@@ -151,29 +143,16 @@ mod tests {
 
     #[test]
     fn a_recorded_case_is_a_row_of_its_section() {
-        let case = Case {
-            section: Section::Light,
-            case: "a sun of\none texel",
-            outcome: "split | by area",
-        };
-        let old = line(
-            "afterlight-light",
-            "light::sun::tests::kept::here",
-            &Case { outcome: "lost", ..case },
-        );
+        let case = Case { section: Section::Light, case: "a sun of\none texel", outcome: "split | by area" };
+        let old = line("afterlight-light", "light::sun::tests::kept::here", &Case { outcome: "lost", ..case });
         let new = line("afterlight-light", "light::sun::tests::kept::{{closure}}::here", &case);
-        let other = line(
-            "afterlight",
-            "stability::lock::here",
-            &Case { section: Section::Strangers, ..case },
-        );
+        let other = line("afterlight", "stability::lock::here", &Case { section: Section::Strangers, ..case });
         let page = page(&(old + &new + &other));
         let row = "| a sun of one texel | split \\| by area | `light::sun::tests::kept` |";
         assert_eq!(page.matches(row).count(), 1, "{page}");
         assert!(!page.contains("lost"), "{page}");
         assert_eq!(page.matches("a sun").count(), 2, "{page}");
-        let titles =
-            ["## Files from strangers", "afterlight::lock`", "## Light", "sun::tests::kept`"];
+        let titles = ["## Files from strangers", "afterlight::lock`", "## Light", "sun::tests::kept`"];
         let at = titles.map(|title| page.find(title).unwrap());
         assert!(at.is_sorted(), "{page}");
     }

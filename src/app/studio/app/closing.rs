@@ -40,9 +40,7 @@ impl StudioApp {
             (Some(name), _) if Container::from_path(Path::new(name)).is_none() => Some(format!(
                 "{name} is {share:.0} % done. Finished stills stay. “Existing files: Resume” writes the others."
             )),
-            (Some(name), _) => {
-                Some(format!("{name} is {share:.0} % done. An unfinished movie is lost."))
-            }
+            (Some(name), _) => Some(format!("{name} is {share:.0} % done. An unfinished movie is lost.")),
             (None, Some(job)) => Some(format!(
                 "{}: {} at {share:.0} %. It stops; what is saved stays.",
                 capitalized(job.what),

@@ -10,33 +10,24 @@ impl StudioApp {
             self.state.keep_tried();
         }
         match command {
-            Command::Look(LookCommand::Undo) if self.paints(true) => {
-                self.readers.matte.travel(true)
-            }
-            Command::Look(LookCommand::Redo) if self.paints(false) => {
-                self.readers.matte.travel(false)
-            }
+            Command::Look(LookCommand::Undo) if self.paints(true) => self.readers.matte.travel(true),
+            Command::Look(LookCommand::Redo) if self.paints(false) => self.readers.matte.travel(false),
             Command::Look(LookCommand::Undo) if self.judges() => self.travel_marks(true),
             Command::Look(LookCommand::Redo) if self.judges() => self.travel_marks(false),
             Command::Look(command) => {
-                if matches!(
-                    command,
-                    LookCommand::AddEnvironments(_) | LookCommand::TryEnvironment(_)
-                ) {
+                if matches!(command, LookCommand::AddEnvironments(_) | LookCommand::TryEnvironment(_)) {
                     // The command answers an earlier refusal of dropped files.
                     self.status.refusal = None;
                 }
                 let chooses = matches!(
                     command,
-                    LookCommand::Environment(_)
-                        | LookCommand::AddEnvironments(_)
-                        | LookCommand::TryEnvironment(_)
+                    LookCommand::Environment(_) | LookCommand::AddEnvironments(_) | LookCommand::TryEnvironment(_)
                 );
                 let lamps = !self.state.solo.is_empty();
                 let lights = self.state.look.lighting.is_solo();
                 self.state.change(command);
-                let ended = lamps && self.state.solo.is_empty()
-                    || chooses && lights && !self.state.look.lighting.is_solo();
+                let ended =
+                    lamps && self.state.solo.is_empty() || chooses && lights && !self.state.look.lighting.is_solo();
                 if ended {
                     self.status.mention("Solo ended".to_owned());
                 }

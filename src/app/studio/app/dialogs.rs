@@ -2,8 +2,8 @@
 
 use super::StudioApp;
 use crate::command::{
-    Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand,
-    ReviewCommand, ViewCommand,
+    Command, Dialog, ExportCommand, LookCommand, LooksCommand, MachineCommand, ProjectCommand, ReviewCommand,
+    ViewCommand,
 };
 use crate::comparison::{CompareSettings, Reference};
 use crate::panels::project::plan::{Plan, folder_of};
@@ -41,11 +41,7 @@ impl Ask {
     }
 
     /// A new file, with a suggested name.
-    fn new_file(
-        title: &'static str,
-        filter: (&'static str, &'static [&'static str]),
-        name: &str,
-    ) -> Self {
+    fn new_file(title: &'static str, filter: (&'static str, &'static [&'static str]), name: &str) -> Self {
         Self {
             filter: Some((filter.0, filter.1.to_vec())),
             name: Some(name.to_owned()),
@@ -124,9 +120,7 @@ impl StudioApp {
         while let Ok((number, ended)) = self.dialogs.ended.try_recv() {
             // The path may have been typed meanwhile, and another dialog opened.
             let is_shown = |entry: &&mut PathEntry| entry.number == number;
-            let Some(entry) = self.state.covers.path.as_mut().filter(is_shown) else {
-                continue;
-            };
+            let Some(entry) = self.state.covers.path.as_mut().filter(is_shown) else { continue };
             match ended {
                 Ended::Chosen(paths) => return Some(Command::Chosen(entry.dialog, paths)),
                 // Some systems close a dialog after a time without an answer.
@@ -135,9 +129,8 @@ impl StudioApp {
                 }
                 Ended::Closed => self.state.covers.path = None,
                 Ended::Missing(why) => {
-                    entry.missing = Some(why.unwrap_or_else(|| {
-                        "No file dialog on this system. Type a path below.".to_owned()
-                    }));
+                    entry.missing =
+                        Some(why.unwrap_or_else(|| "No file dialog on this system. Type a path below.".to_owned()));
                 }
             }
         }
@@ -157,36 +150,22 @@ impl StudioApp {
                     // The field was closed meanwhile.
                     return;
                 };
-                if is_there {
-                    entry.existing = Some(path)
-                } else {
-                    app.apply(Command::Chosen(dialog, vec![path]))
-                }
+                if is_there { entry.existing = Some(path) } else { app.apply(Command::Chosen(dialog, vec![path])) }
             },
         );
     }
 
     /// Shows the system's dialog with the path field beside it.
     pub(crate) fn open_dialog(&mut self, dialog: Dialog) {
-        let Some(ask) = self.ask_for(dialog) else {
-            return;
-        };
+        let Some(ask) = self.ask_for(dialog) else { return };
         let begun = ask.folder.as_ref().map_or(String::new(), |folder| {
             let name = ask.name.clone().unwrap_or_default();
             plain(&folder.join(name))
         });
         let (title, wanted) = (ask.title, ask.wanted);
         let number = self.dialogs.show(move || ask.show());
-        self.state.covers.path = Some(PathEntry {
-            dialog,
-            number,
-            title,
-            wanted,
-            begun,
-            fills: 0,
-            missing: None,
-            existing: None,
-        });
+        self.state.covers.path =
+            Some(PathEntry { dialog, number, title, wanted, begun, fills: 0, missing: None, existing: None });
     }
 
     fn ask_for(&self, dialog: Dialog) -> Option<Ask> {
@@ -200,15 +179,11 @@ impl StudioApp {
             Dialog::ComparisonTruth => folder("Compare with truth"),
             Dialog::Project => folder("Open a project"),
             Dialog::Shoot => folder("Choose the shoot's folder"),
-            Dialog::ShootPart(_) => {
-                Some(Ask::new(Wanted::Files, "Choose a movie, or the first picture of a sequence"))
-            }
+            Dialog::ShootPart(_) => Some(Ask::new(Wanted::Files, "Choose a movie, or the first picture of a sequence")),
             Dialog::ProjectFolder => folder("Choose the project's folder"),
             Dialog::ShootLocation => folder("Locate the project's shoot"),
             Dialog::Background => {
-                let is_shown = |format: FileFormat| {
-                    format.is_picture() || format.is_sequence() || format.is_movie()
-                };
+                let is_shown = |format: FileFormat| format.is_picture() || format.is_sequence() || format.is_movie();
                 Some(Ask {
                     filter: Some(("Stills and movies", FileFormat::extensions(is_shown))),
                     ..Ask::new(Wanted::Files, "Choose the background")
@@ -226,23 +201,18 @@ impl StudioApp {
             }
             Dialog::FarmFolder(_) => folder("Choose a folder that the farm sees"),
             Dialog::Truth => folder("Choose a folder with truth"),
-            Dialog::ReportPage => {
-                Some(Ask::new_file("Save the report", ("Web page", &["html"]), "review.html"))
+            Dialog::ReportPage => Some(Ask::new_file("Save the report", ("Web page", &["html"]), "review.html")),
+            Dialog::MachineReport => {
+                Some(Ask::new_file("Save the performance of this machine", ("Markdown", &["md"]), "machine.md"))
             }
-            Dialog::MachineReport => Some(Ask::new_file(
-                "Save the performance of this machine",
-                ("Markdown", &["md"]),
-                "machine.md",
-            )),
             Dialog::SaveLook => {
                 let name = &self.saved_as.as_ref()?.name;
                 let (kind, file) = (("Look", &LOOKS[..]), format!("{name}{ENDING}"));
                 Some(Ask::new_file("Save the look", kind, &file))
             }
-            Dialog::LoadLook => Some(Ask {
-                filter: Some(("Look", LOOKS.to_vec())),
-                ..Ask::new(Wanted::Files, "Load a look")
-            }),
+            Dialog::LoadLook => {
+                Some(Ask { filter: Some(("Look", LOOKS.to_vec())), ..Ask::new(Wanted::Files, "Load a look") })
+            }
         }
     }
 

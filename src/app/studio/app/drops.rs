@@ -30,9 +30,7 @@ impl StudioApp {
             entry.existing = None;
             return;
         }
-        let Some(paths) = self.dropped_parts(paths) else {
-            return;
-        };
+        let Some(paths) = self.dropped_parts(paths) else { return };
         let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
         if !panoramas.is_empty() {
             out.push(Command::Look(LookCommand::AddEnvironments(panoramas)));
@@ -47,8 +45,7 @@ impl StudioApp {
             let is_file = FILES.iter().any(|name| path.ends_with(name));
             is_file || is_shoot(path) || path.join("project.toml").exists()
         };
-        let is_planned =
-            self.picker.wizard.plan().is_some() && self.state.panes.shows(Pane::Project);
+        let is_planned = self.picker.wizard.plan().is_some() && self.state.panes.shows(Pane::Project);
         let is_part = |path: &PathBuf| movies::is_movie(path) || (is_planned && is_part(path));
         if paths.is_empty() || paths.iter().any(is_whole) || !paths.iter().all(is_part) {
             return Some(paths);
@@ -80,9 +77,7 @@ impl StudioApp {
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);
             return Some(match &self.status.phase {
-                Phase::Blocked(blocked) if blocked.need == lost => {
-                    Command::Project(ProjectCommand::Locate(path))
-                }
+                Phase::Blocked(blocked) if blocked.need == lost => Command::Project(ProjectCommand::Locate(path)),
                 _ => Command::Project(ProjectCommand::New(Some(path))),
             });
         }
@@ -100,7 +95,6 @@ impl StudioApp {
 
 /// True if the path may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
 fn is_part(path: &Path) -> bool {
-    let is_read =
-        |format: FileFormat| format.is_movie() || format.is_picture() || format.is_sequence();
+    let is_read = |format: FileFormat| format.is_movie() || format.is_picture() || format.is_sequence();
     path.is_dir() || has_extension(path, "lp") || FileFormat::from_path(path).is_some_and(is_read)
 }

@@ -14,10 +14,9 @@ impl StudioApp {
                 self.open_dialog(Dialog::ShootLocation);
                 Ok(())
             }
-            JobCommand::Provide(Need::Mattes) => self.session.run(|project| Job::Matte {
-                project: project.root.clone(),
-                settings: MatteSettings::default(),
-            }),
+            JobCommand::Provide(Need::Mattes) => self
+                .session
+                .run(|project| Job::Matte { project: project.root.clone(), settings: MatteSettings::default() }),
             JobCommand::Provide(Need::Calibration) => self.calibrate(CalibrateSettings::default()),
             JobCommand::Pause => {
                 self.pause_job();

@@ -288,30 +288,21 @@ impl StudioApp {
         self.open_made();
         self.receive_looks();
         let unreadable = self.library.receive();
-        let withdrawn = unreadable
-            .into_iter()
-            .filter(|(origin, _)| self.state.withdraw(origin))
-            .map(|(_, sentence)| sentence);
+        let withdrawn =
+            unreadable.into_iter().filter(|(origin, _)| self.state.withdraw(origin)).map(|(_, sentence)| sentence);
         let withdrawn: Vec<String> = withdrawn.collect();
         let unsaved = self.autosave.failures().chain(self.library.unsaved());
         let unread = self.readers.inspector.failure();
         let unseen = self.readers.colors.receive(&mut self.state);
-        let failures = unsaved
-            .chain(withdrawn)
-            .chain(unread)
-            .chain(unseen)
-            .chain(self.exports.destination.failure());
+        let failures = unsaved.chain(withdrawn).chain(unread).chain(unseen).chain(self.exports.destination.failure());
         failures.for_each(|failure| self.status.refuse(failure));
     }
 
     fn receive_events(&mut self) {
-        let Some(worker) = &self.session.worker else {
-            return;
-        };
+        let Some(worker) = &self.session.worker else { return };
         for event in worker.events() {
             // Without a project, a worker has nothing to open.
-            if self.session.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_))
-            {
+            if self.session.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_)) {
                 continue;
             }
             if matches!(event, Event::Opening | Event::Failed { .. }) {

@@ -79,17 +79,10 @@ impl Preview {
         state: &State,
         status: &mut Status,
     ) {
-        let Some(entry) = library.entries().get(state.look.environment) else {
-            return;
-        };
-        let Some(environment) = library.environment(&entry.listed.origin) else {
-            return;
-        };
-        let compared = if state.four.on {
-            [None, None]
-        } else {
-            (state.compare).pictures(state, stored, library.entries())
-        };
+        let Some(entry) = library.entries().get(state.look.environment) else { return };
+        let Some(environment) = library.environment(&entry.listed.origin) else { return };
+        let compared =
+            if state.four.on { [None, None] } else { (state.compare).pictures(state, stored, library.entries()) };
         let look = |slot| match FourPicture::new(slot, state, stored, library.entries()) {
             FourPicture::View(view) if state.four.on => Some(*view),
             _ => None,
@@ -103,10 +96,7 @@ impl Preview {
             table: root.and_then(|root| state.export_options.shown_table(root)),
         };
         let moving = state.is_dragged() || state.playback.playing;
-        let shortcuts = Shortcuts {
-            moving,
-            texture: self.shares_gpu && moving && !state.panes.shows(Pane::Scopes),
-        };
+        let shortcuts = Shortcuts { moving, texture: self.shares_gpu && moving && !state.panes.shows(Pane::Scopes) };
         let (same, same_shortcuts) = match &self.asked {
             Some((asked, before)) => (*asked == request, *before == shortcuts),
             None => (false, false),

@@ -81,9 +81,7 @@ impl Session {
     /// The running job, and how to stop it.
     pub fn can_leave(&self) -> Result<(), String> {
         match self.worker.as_ref().and_then(Worker::running_job) {
-            Some(job) => {
-                Err(format!("A job is running: {job}. Wait until it ends, or stop it first"))
-            }
+            Some(job) => Err(format!("A job is running: {job}. Wait until it ends, or stop it first")),
             None => Ok(()),
         }
     }

@@ -7,8 +7,7 @@ use crate::palette::Palette;
 use crate::panel_context::PanelContext;
 use crate::panels::machine::query::Machine;
 use crate::panels::{
-    JobPanel, Panels, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui,
-    machine_ui,
+    JobPanel, Panels, PathPanel, StatusPanel, TabsPanel, TimelinePanel, closing_ui, leaving_ui, machine_ui,
 };
 use crate::state::{PathEntry, State, WindowParts};
 use crate::theme;
@@ -43,11 +42,7 @@ impl WindowView {
     }
 
     /// Applies a command to the timeline. Returns the command that remains to be applied, if any.
-    pub fn apply_to_timeline(
-        &mut self,
-        command: TimelineCommand,
-        state: &State,
-    ) -> Option<Command> {
+    pub fn apply_to_timeline(&mut self, command: TimelineCommand, state: &State) -> Option<Command> {
         self.panels.timeline().apply(command, state)
     }
 
@@ -140,12 +135,6 @@ fn bar(margin: i8) -> Frame {
 
 /// Draws the bars around the panes.
 fn bars_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    Panel::top("workspaces")
-        .exact_size(34.0)
-        .frame(bar(2))
-        .show(ui, |ui| TabsPanel.ui(ui, context, out));
-    Panel::bottom("status")
-        .exact_size(30.0)
-        .frame(bar(2))
-        .show(ui, |ui| StatusPanel.ui(ui, context, out));
+    Panel::top("workspaces").exact_size(34.0).frame(bar(2)).show(ui, |ui| TabsPanel.ui(ui, context, out));
+    Panel::bottom("status").exact_size(30.0).frame(bar(2)).show(ui, |ui| StatusPanel.ui(ui, context, out));
 }

@@ -33,9 +33,7 @@ impl StudioApp {
             }
             WindowCommand::Fold(heading, folded) => self.autosave.fold(heading, folded),
             WindowCommand::FocusPane => self.view.focus(state.panes.active),
-            WindowCommand::TogglePanels => {
-                state.panes.parts = state.panes.parts.toggled(WindowParts::Main)
-            }
+            WindowCommand::TogglePanels => state.panes.parts = state.panes.parts.toggled(WindowParts::Main),
             WindowCommand::ToggleLightAlone => {
                 state.panes.parts = state.panes.parts.toggled(WindowParts::PictureAndLight);
             }
@@ -125,10 +123,7 @@ impl StudioApp {
         let fit = self.view.fit();
         if fit > 0.0 {
             self.state.show(ViewCommand::Fit);
-            self.state.show(ViewCommand::Zoom {
-                factor: 1.0 / (fit * self.ctx.pixels_per_point()),
-                about: [0.0; 2],
-            });
+            self.state.show(ViewCommand::Zoom { factor: 1.0 / (fit * self.ctx.pixels_per_point()), about: [0.0; 2] });
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The table of shortcuts.
 
 use crate::command::Command::{
-    Aim, Calibration, Environments, Export, Job, Lights, Look, Looks, Matte, Project, Review,
-    Timeline, Training, View, Window,
+    Aim, Calibration, Environments, Export, Job, Lights, Look, Looks, Matte, Project, Review, Timeline, Training, View,
+    Window,
 };
 use crate::command::{
-    AimCommand, CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand,
-    JobCommand, LightsCommand, LookCommand, LooksCommand, MatteCommand, ProjectCommand,
-    ReviewCommand, TimelineCommand, TrainingCommand, ViewCommand, WindowCommand,
+    AimCommand, CalibrationCommand, Command, Dialog, EnvironmentsCommand, ExportCommand, JobCommand, LightsCommand,
+    LookCommand, LooksCommand, MatteCommand, ProjectCommand, ReviewCommand, TimelineCommand, TrainingCommand,
+    ViewCommand, WindowCommand,
 };
 use crate::layout::{Pane, Workspace};
 use egui::{Key, KeyboardShortcut, Modifiers};
@@ -28,13 +28,7 @@ const fn on(modifiers: Modifiers, key: Key, command: Command, label: &'static st
 }
 
 /// A shortcut of one pane.
-const fn within(
-    pane: Pane,
-    modifiers: Modifiers,
-    key: Key,
-    command: Command,
-    label: &'static str,
-) -> Binding {
+const fn within(pane: Pane, modifiers: Modifiers, key: Key, command: Command, label: &'static str) -> Binding {
     Binding { shortcut: KeyboardShortcut::new(modifiers, key), command, label, only: Some(pane) }
 }
 
@@ -231,9 +225,8 @@ mod tests {
     #[test]
     fn no_key_is_bound_twice() {
         for (i, a) in BINDINGS.iter().enumerate() {
-            let twice = BINDINGS[..i]
-                .iter()
-                .any(|b| (b.only.is_none() || a.only == b.only) && b.shortcut == a.shortcut);
+            let twice =
+                BINDINGS[..i].iter().any(|b| (b.only.is_none() || a.only == b.only) && b.shortcut == a.shortcut);
             assert!(!twice, "{}", a.label);
         }
     }

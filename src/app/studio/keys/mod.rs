@@ -55,9 +55,7 @@ pub fn pressed(
         }
     };
     ctx.input_mut(|input| {
-        for Binding { shortcut, command, .. } in
-            known(pane, hovered).filter(|binding| !is_left(binding))
-        {
+        for Binding { shortcut, command, .. } in known(pane, hovered).filter(|binding| !is_left(binding)) {
             let is_arrow = ARROWS.contains(&shortcut.logical_key);
             if arrows_are_left && is_arrow && !shortcut.modifiers.alt {
                 continue;
@@ -65,8 +63,7 @@ pub fn pressed(
             // On many keyboards a question mark is typed with Shift.
             let pressed = match shortcut.logical_key {
                 Key::Questionmark => {
-                    input.consume_key(Modifiers::SHIFT, Key::Questionmark)
-                        || input.consume_shortcut(shortcut)
+                    input.consume_key(Modifiers::SHIFT, Key::Questionmark) || input.consume_shortcut(shortcut)
                 }
                 _ => input.consume_shortcut(shortcut),
             };

@@ -82,21 +82,10 @@ fn task(listed: &Listed) -> &'static str {
         Command::Timeline(_)
         | Command::Look(LookCommand::ToggleKey(_))
         | Command::View(
-            V::TogglePlay
-            | V::ToggleLoop
-            | V::MarkIn
-            | V::MarkOut
-            | V::StepFrame(_)
-            | V::Frame(_)
-            | V::LastFrame,
+            V::TogglePlay | V::ToggleLoop | V::MarkIn | V::MarkOut | V::StepFrame(_) | V::Frame(_) | V::LastFrame,
         ) => "Clip",
-        Command::Lights(_)
-        | Command::Environments(_)
-        | Command::Aim(_)
-        | Command::View(V::StepSolo(_)) => "Light",
-        Command::View(_) | Command::Looks(_) | Command::Window(WindowCommand::ActualSize) => {
-            "Picture"
-        }
+        Command::Lights(_) | Command::Environments(_) | Command::Aim(_) | Command::View(V::StepSolo(_)) => "Light",
+        Command::View(_) | Command::Looks(_) | Command::Window(WindowCommand::ActualSize) => "Picture",
         _ => "Window",
     }
 }

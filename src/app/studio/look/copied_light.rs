@@ -53,12 +53,8 @@ impl LookSettings {
         let lighting = &mut self.lighting;
         let id = lighting.another_light().id;
         let group = lighting.group_of(&light).map(|group| group.name.clone());
-        let added = PlacedLight {
-            id,
-            name: free_name(&light.name, lighting),
-            group: group.unwrap_or_default(),
-            ..light
-        };
+        let added =
+            PlacedLight { id, name: free_name(&light.name, lighting), group: group.unwrap_or_default(), ..light };
         lighting.placed.push(added);
         for (setting, keys) in keys.lanes() {
             if let Setting::Light(_, setting) = setting {

@@ -33,9 +33,7 @@ impl Group {
     /// The group of a setting.
     pub fn from_setting(setting: Setting) -> Self {
         match setting {
-            Setting::Yaw | Setting::Pitch | Setting::Roll | Setting::BackgroundYaw => {
-                Self::Environment
-            }
+            Setting::Yaw | Setting::Pitch | Setting::Roll | Setting::BackgroundYaw => Self::Environment,
             Setting::Intensity | Setting::Temperature | Setting::Tint => Self::Grade,
             Setting::Exposure => Self::Picture,
             Setting::Effect(_) => Self::Effects,
@@ -87,8 +85,7 @@ mod tests {
     use light::{Lighting, PlacedLight};
     use scene::{Background, Effects, ViewTransform};
 
-    const ALL: [Group; 5] =
-        [Group::Environment, Group::Grade, Group::Lights, Group::Picture, Group::Effects];
+    const ALL: [Group; 5] = [Group::Environment, Group::Grade, Group::Lights, Group::Picture, Group::Effects];
 
     #[test]
     fn each_setting_belongs_to_one_group_which_brings_it_back_in_one_step() {

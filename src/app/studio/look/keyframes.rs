@@ -153,10 +153,7 @@ mod tests {
     fn intensity_has_keys_of_its_own_and_other_settings_of_the_light_set_none() {
         let mut s = State::new(11, 24.0);
         let intensity = |s: &State, stops: f32| {
-            LookCommand::Lighting(Box::new(Lighting {
-                intensity_stops: stops,
-                ..s.look.lighting.clone()
-            }))
+            LookCommand::Lighting(Box::new(Lighting { intensity_stops: stops, ..s.look.lighting.clone() }))
         };
         s.change(LookCommand::ToggleKey(Setting::Intensity));
         let brighter = intensity(&s, 2.0);
@@ -262,8 +259,7 @@ mod tests {
         assert_eq!((ids(&s), s.look.is_keyed(setting)), (vec![1, 3], false));
         s.change(LookCommand::Undo);
         assert_eq!((ids(&s), frames(&s, setting)), (vec![2, 3], vec![0.0, 10.0]));
-        let lost =
-            LookCommand::Keys(vec![(Setting::Light(9, LightSetting::Yaw), "0:1".parse().unwrap())]);
+        let lost = LookCommand::Keys(vec![(Setting::Light(9, LightSetting::Yaw), "0:1".parse().unwrap())]);
         at(&mut s, 10, lost);
         at(&mut s, 10, LookCommand::ToggleKey(Setting::Light(9, LightSetting::Yaw)));
         assert_eq!(s.look.animation.lanes().count(), 1);
@@ -311,9 +307,7 @@ mod tests {
     #[test]
     fn a_light_that_is_aimed_by_the_face_gets_keys_if_it_is_animated() {
         let mut s = State::new(11, 24.0);
-        let aimed = |frame, direction| {
-            LookCommand::Aim(AimedLight { drag: 1, frame, pixel: [2, 2], direction })
-        };
+        let aimed = |frame, direction| LookCommand::Aim(AimedLight { drag: 1, frame, pixel: [2, 2], direction });
         s.begin_aim(None);
         s.change(aimed(0, Vec3::NEG_X));
         let setting = Setting::Light(1, LightSetting::Yaw);
@@ -333,8 +327,7 @@ mod tests {
     fn keys_have_values_within_the_range_of_their_setting() {
         let mut s = State::new(11, 24.0);
         s.change(LookCommand::ToggleKey(Setting::Tint));
-        let tint =
-            |tint: f32| LookCommand::Lighting(Box::new(Lighting { tint, ..Lighting::default() }));
+        let tint = |tint: f32| LookCommand::Lighting(Box::new(Lighting { tint, ..Lighting::default() }));
         at(&mut s, 4, tint(1e6));
         at(&mut s, 4, tint(f32::NAN));
         assert_eq!(s.look.keys(Setting::Tint).at(4.0), Some(150.0));

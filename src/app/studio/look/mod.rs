@@ -39,11 +39,7 @@ pub struct LookSettings {
 
 /// The same angle, above −180° and up to 180°.
 pub fn within_a_turn(degrees: f32) -> f32 {
-    if degrees > -180.0 && degrees <= 180.0 {
-        degrees
-    } else {
-        180.0 - (180.0 - degrees).rem_euclid(360.0)
-    }
+    if degrees > -180.0 && degrees <= 180.0 { degrees } else { 180.0 - (180.0 - degrees).rem_euclid(360.0) }
 }
 
 impl Deref for LookSettings {

@@ -22,13 +22,7 @@ pub fn leaving_ui(ui: &Ui, leaving: &Leaving, out: &mut Vec<Command>) {
     question_ui(ui, heading, &leaving.ends, open, out);
 }
 
-fn question_ui(
-    ui: &Ui,
-    heading: &str,
-    ends: &[String],
-    (words, goes_on): (&str, Command),
-    out: &mut Vec<Command>,
-) {
+fn question_ui(ui: &Ui, heading: &str, ends: &[String], (words, goes_on): (&str, Command), out: &mut Vec<Command>) {
     let frame = Frame::window(ui.style()).inner_margin(2.0 * GAP);
     let asked = Modal::new(Id::unique("closing")).frame(frame);
     let shown = asked.show(ui.ctx(), |ui| {

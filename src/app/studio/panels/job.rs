@@ -7,10 +7,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::widgets::notice::refusal_ui;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
-use egui::{
-    Align, Align2, Area, Button, Color32, Frame, Id, Label, Layout, Order, Rect, RichText, Sense,
-    Ui, vec2,
-};
+use egui::{Align, Align2, Area, Button, Color32, Frame, Id, Label, Layout, Order, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
 use worker::ExportStatus;
 
@@ -33,8 +30,7 @@ impl JobPanel {
     /// is no relit picture, in the export queue, or in a pane of its own.
     pub fn in_line<'a>(context: &PanelContext<'a>) -> Option<&'a RunningJob> {
         let mut exports = context.exports.queue.iter();
-        let queue = context.shows(Pane::Export)
-            && exports.any(|export| export.status == ExportStatus::Running);
+        let queue = context.shows(Pane::Export) && exports.any(|export| export.status == ExportStatus::Running);
         let job = context.status.job.as_ref();
         job.filter(|_| !is_in_viewport(context) && !queue && !context.job_has_pane())
     }
@@ -42,13 +38,7 @@ impl JobPanel {
     /// Draws notices over the bottom of the window, where they move nothing: the reason for a refusal, the reason why a
     /// job waits and, if `whole`, the last message. Skips those that a pane already shows. A message does not go while the
     /// pointer is over it.
-    pub fn notices_ui(
-        &mut self,
-        ui: &Ui,
-        context: &PanelContext,
-        whole: bool,
-        out: &mut Vec<Command>,
-    ) {
+    pub fn notices_ui(&mut self, ui: &Ui, context: &PanelContext, whole: bool, out: &mut Vec<Command>) {
         let status = context.status;
         let refusal = (status.refusal.as_ref()).filter(|_| !context.refusal_has_pane());
         let job = status.job.as_ref().filter(|_| !context.job_has_pane());
@@ -97,8 +87,7 @@ fn is_in_viewport(context: &PanelContext) -> bool {
 /// True if a pane shows the last message: the viewport, or the export queue beside the finished export.
 fn is_said(context: &PanelContext, said: &str) -> bool {
     let mut exports = context.exports.queue.iter();
-    let queue =
-        context.shows(Pane::Export) && exports.any(|export| export.status.sentence() == Some(said));
+    let queue = context.shows(Pane::Export) && exports.any(|export| export.status.sentence() == Some(said));
     is_in_viewport(context) || queue
 }
 
@@ -108,17 +97,12 @@ pub fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     share_ui(ui, job);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         buttons_ui(ui, job, out);
-        ui.allocate_ui_with_layout(
-            vec2(LEFT_WIDTH, HEIGHT),
-            Layout::right_to_left(Align::Center),
-            |ui| {
-                ui.set_min_width(LEFT_WIDTH);
-                ui.label(RichText::new(state(job)).color(theme::QUIET));
-            },
-        );
+        ui.allocate_ui_with_layout(vec2(LEFT_WIDTH, HEIGHT), Layout::right_to_left(Align::Center), |ui| {
+            ui.set_min_width(LEFT_WIDTH);
+            ui.label(RichText::new(state(job)).color(theme::QUIET));
+        });
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            let note =
-                if job.held.is_some() || job.note.is_empty() { job.stage } else { &job.note };
+            let note = if job.held.is_some() || job.note.is_empty() { job.stage } else { &job.note };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
             if let Some(said) = job.held.as_ref().or(job.said.as_ref()) {

@@ -7,9 +7,7 @@ use crate::theme::{self, GAP};
 use base::error::Result;
 use base::files;
 use egui::text::{CCursor, CCursorRange};
-use egui::{
-    Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo, text_edit::TextEditState,
-};
+use egui::{Frame, Id, Key, Modal, Role, ScrollArea, TextEdit, Ui, WidgetInfo, text_edit::TextEditState};
 use std::path::Path;
 use worker::Query;
 
@@ -86,8 +84,7 @@ impl PathPanel {
     /// The field and its buttons. Returns the path once confirmed, and whether the entry was cancelled.
     fn field_ui(&mut self, ui: &mut Ui, entry: &PathEntry) -> (Option<std::path::PathBuf>, bool) {
         let id = Id::unique("typed path");
-        let complete = ui.memory(|memory| memory.has_focus(id))
-            && ui.input(|input| input.key_pressed(Key::Tab));
+        let complete = ui.memory(|memory| memory.has_focus(id)) && ui.input(|input| input.key_pressed(Key::Tab));
         if complete {
             self.text = completed(&self.text, &self.found);
             to_the_end(ui, id, &self.text);
@@ -106,20 +103,16 @@ impl PathPanel {
         } else if ui.memory(|memory| memory.focused().is_none()) {
             response.request_focus();
         }
-        ScrollArea::vertical()
-            .max_height(160.0)
-            .min_scrolled_height(160.0)
-            .auto_shrink(false)
-            .show(ui, |ui| {
-                for name in &self.found {
-                    if ui.selectable_label(false, name).clicked() {
-                        self.text = format!("{}{name}", folder_of(&self.text));
-                        to_the_end(ui, id, &self.text);
-                        ui.memory_mut(|memory| memory.request_focus(id));
-                        break;
-                    }
+        ScrollArea::vertical().max_height(160.0).min_scrolled_height(160.0).auto_shrink(false).show(ui, |ui| {
+            for name in &self.found {
+                if ui.selectable_label(false, name).clicked() {
+                    self.text = format!("{}{name}", folder_of(&self.text));
+                    to_the_end(ui, id, &self.text);
+                    ui.memory_mut(|memory| memory.request_focus(id));
+                    break;
                 }
-            });
+            }
+        });
         let path = typed(&self.text);
         let does = match entry.wanted {
             Wanted::Folder | Wanted::Files => "Use this path",
@@ -190,12 +183,8 @@ fn folder_of(text: &str) -> &str {
 fn names(begun: &Begun) -> Result<Vec<String>> {
     let folder = folder_of(&begun.text);
     let part = &begun.text[folder.len()..];
-    let Some(place) = typed(folder).filter(|place| place.is_absolute()) else {
-        return Ok(Vec::new());
-    };
-    let Ok(entries) = std::fs::read_dir(&place) else {
-        return Ok(Vec::new());
-    };
+    let Some(place) = typed(folder).filter(|place| place.is_absolute()) else { return Ok(Vec::new()) };
+    let Ok(entries) = std::fs::read_dir(&place) else { return Ok(Vec::new()) };
     let mut found: Vec<String> = entries
         .flatten()
         .filter_map(|entry| entry.file_name().into_string().ok())
@@ -218,9 +207,7 @@ fn names(begun: &Begun) -> Result<Vec<String>> {
 
 /// The text, completed with the prefix that all names share.
 fn completed(text: &str, names: &[String]) -> String {
-    let Some(first) = names.first() else {
-        return text.to_owned();
-    };
+    let Some(first) = names.first() else { return text.to_owned() };
     let common = names.iter().skip(1).fold(first.as_str(), |common, name| {
         let same = common.chars().zip(name.chars()).take_while(|(a, b)| a == b);
         let length: usize = same.map(|(a, _)| a.len_utf8()).sum();

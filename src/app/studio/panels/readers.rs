@@ -99,19 +99,13 @@ impl Readers {
         if let (Some(relit), Some(pixel)) = (relit, state.viewport.probed)
             && (state.viewport.aims && !state.playback.playing && state.panes.shows(Pane::Picture))
         {
-            let question = AimQuestion {
-                of: relit.predicted.clone(),
-                rig: relit.rig.clone(),
-                pixel: Some(pixel),
-                drag: 0,
-            };
+            let question =
+                AimQuestion { of: relit.predicted.clone(), rig: relit.rig.clone(), pixel: Some(pixel), drag: 0 };
             self.aim.point(question, wake.clone());
         }
         match relit.filter(|_| state.shows_handles() && state.panes.shows(Pane::Picture)) {
             // A frame that is only being played is not worth the work.
-            Some(relit) if !state.playback.playing => {
-                self.aim.seek(&relit.predicted, &relit.rig, wake)
-            }
+            Some(relit) if !state.playback.playing => self.aim.seek(&relit.predicted, &relit.rig, wake),
             Some(_) => {}
             None if state.viewport.aims => {}
             None => self.aim.clear(),

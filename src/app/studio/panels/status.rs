@@ -60,9 +60,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if ui.button(device).on_hover_text(hint).clicked() {
         out.push(command);
     }
-    let Some(project) = context.session.project else {
-        return;
-    };
+    let Some(project) = context.session.project else { return };
     // 24000 / 1001 has endless decimals.
     let rate = (1e3 * project.settings.shoot.frame_rate).round() / 1e3;
     let rate = match context.preview.played(ui.input(|input| input.time)) {
@@ -95,17 +93,13 @@ fn saved_ui(ui: &mut Ui, context: &PanelContext) {
         None if context.autosave.saving() == Some(true) => {
             ui.label(small("Saving…").color(theme::QUIET)).on_hover_text("The disk is slow")
         }
-        None => ui
-            .label(small("Saved").color(theme::QUIET))
-            .on_hover_text("Saved as you work, with undo"),
+        None => ui.label(small("Saved").color(theme::QUIET)).on_hover_text("Saved as you work, with undo"),
     };
 }
 
 /// Summary of the checks, once there are results.
 fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(level) = context.readers.check.level() else {
-        return;
-    };
+    let Some(level) = context.readers.check.level() else { return };
     let text = small(&format!("Checks: {}", verdict(level).to_lowercase())).color(color(level));
     let hint = "Findings, and what to do about them";
     if ui.button(text).on_hover_text(hint).clicked() {

@@ -18,9 +18,7 @@ pub struct TabsPanel;
 
 /// The project menu: the project's name, and the commands for projects.
 fn project_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(project) = context.session.project else {
-        return;
-    };
+    let Some(project) = context.session.project else { return };
     let menu = ui.menu_button(RichText::new(&project.settings.name), |ui| {
         ui.label(RichText::new(shown(&project.root)).size(12.0).color(theme::QUIET));
         ui.separator();
@@ -68,10 +66,7 @@ fn undo_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Look(LookCommand::Redo)),
         (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Look(LookCommand::Undo)),
     ] {
-        if icons::named_ui(ui, can, icons::alone(icon), name)
-            .on_hover_text(format!("{name}. Key: {key}"))
-            .clicked()
-        {
+        if icons::named_ui(ui, can, icons::alone(icon), name).on_hover_text(format!("{name}. Key: {key}")).clicked() {
             out.push(command);
         }
     }
@@ -93,9 +88,7 @@ impl TabsPanel {
                 let tab = Button::selectable(chosen, (icon, name)).min_size(vec2(96.0, 24.0));
                 let response = ui.add(tab);
                 // Distinguished from buttons in panels with the same names.
-                response.widget_info(|| {
-                    WidgetInfo::selected(Role::Tab, true, chosen, format!("Workspace {name}"))
-                });
+                response.widget_info(|| WidgetInfo::selected(Role::Tab, true, chosen, format!("Workspace {name}")));
                 let hint = format!("Key: Ctrl+{}", i + 1);
                 if response.on_hover_text(hint).clicked() {
                     out.push(Command::Window(WindowCommand::Workspace(workspace)));

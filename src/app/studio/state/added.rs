@@ -29,9 +29,7 @@ impl State {
     /// Notes what was added to the `list` of before, in which the entry `lit_by` was shown.
     pub(super) fn note_added(&mut self, list: &[ListedEnvironment], lit_by: usize) {
         let now = self.look.environments.clone();
-        let is_in = |list: &[ListedEnvironment], origin: &Origin| {
-            list.iter().any(|listed| listed.origin == *origin)
-        };
+        let is_in = |list: &[ListedEnvironment], origin: &Origin| list.iter().any(|listed| listed.origin == *origin);
         let mut before = list.get(lit_by).map(|listed| listed.origin.clone());
         // One that was tried has gone again: what was shown before it comes back.
         if let Some(tried) = before.clone().filter(|origin| !is_in(&now, origin)) {
@@ -39,18 +37,13 @@ impl State {
             before = earlier.and_then(|added| added.before.clone());
         }
         let new = now.iter().filter(|listed| !is_in(list, &listed.origin));
-        self.additions.added.extend(
-            new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }),
-        );
+        self.additions.added.extend(new.map(|listed| Added { origin: listed.origin.clone(), before: before.clone() }));
     }
 
     /// Removes an unreadable panorama from the list if it was added since the window was opened, and restores the
     /// environment before it. Returns true if it was such a panorama.
     pub fn withdraw(&mut self, origin: &Origin) -> bool {
-        let Some(added) = self.additions.added.iter().position(|added| added.origin == *origin)
-        else {
-            return false;
-        };
+        let Some(added) = self.additions.added.iter().position(|added| added.origin == *origin) else { return false };
         let before = self.additions.added.remove(added).before;
         let lists = self.history.undo.iter_mut().chain(&mut self.history.redo);
         for look in lists.chain([&mut self.look]) {

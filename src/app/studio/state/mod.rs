@@ -95,11 +95,7 @@ impl State {
     pub fn from_project(project: &Project) -> Self {
         let shoot = &project.settings.shoot;
         Self {
-            lamps: LampCounts {
-                rig: 0,
-                shoot: shoot.lamps.len(),
-                photographed: shoot.all_lamps().len(),
-            },
+            lamps: LampCounts { rig: 0, shoot: shoot.lamps.len(), photographed: shoot.all_lamps().len() },
             export_options: ExportOptions::from_project(project),
             ..Self::new(shoot.frames.len(), shoot.frame_rate)
         }
@@ -189,15 +185,12 @@ impl State {
     pub fn change(&mut self, command: LookCommand) {
         let before = (self.look.environment, self.light());
         let light = self.place_of_chosen();
-        let chosen = matches!(
-            command,
-            LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply { .. }
-        );
+        let chosen = matches!(command, LookCommand::Environment(_) | LookCommand::Aim(_) | LookCommand::Apply { .. });
         let lit_by = before.0;
         let list = match command {
-            LookCommand::AddEnvironments(_)
-            | LookCommand::TryEnvironment(_)
-            | LookCommand::Apply { .. } => Some(self.look.environments.clone()),
+            LookCommand::AddEnvironments(_) | LookCommand::TryEnvironment(_) | LookCommand::Apply { .. } => {
+                Some(self.look.environments.clone())
+            }
             _ => None,
         };
         self.set(command);

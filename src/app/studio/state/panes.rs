@@ -35,13 +35,7 @@ pub struct Panes {
 impl Default for Panes {
     fn default() -> Self {
         let workspace = Workspace::default();
-        Self {
-            workspace,
-            active: workspace.main()[0],
-            parts: WindowParts::All,
-            drawn: Vec::new(),
-            full_screen: false,
-        }
+        Self { workspace, active: workspace.main()[0], parts: WindowParts::All, drawn: Vec::new(), full_screen: false }
     }
 }
 

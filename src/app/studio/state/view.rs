@@ -28,10 +28,7 @@ impl State {
     /// A change of frame or lamp ends [`ReviewView::cell`](super::ReviewView::cell).
     pub fn show(&mut self, command: ViewCommand) {
         use ViewCommand::{Frame, LastFrame, Solo, SoloAlso, StepFrame, StepSolo, TogglePlay};
-        if matches!(
-            command,
-            Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)
-        ) {
+        if matches!(command, Frame(_) | StepFrame(_) | LastFrame | TogglePlay | Solo(_) | SoloAlso(_) | StepSolo(_)) {
             self.review.cell = None;
         }
         match command {
@@ -43,9 +40,7 @@ impl State {
                 }
             }
             ViewCommand::Enlarge(picture) => self.review.enlarged = picture,
-            ViewCommand::FlipCell => {
-                self.review.enlarged = Some(CellPicture::flipped(self.review.enlarged))
-            }
+            ViewCommand::FlipCell => self.review.enlarged = Some(CellPicture::flipped(self.review.enlarged)),
             ViewCommand::Metric(metric) => self.review.metric = metric,
             ViewCommand::Gain(gain) if GAINS.contains(&gain) => self.display.gain = gain,
             ViewCommand::Gain(_) => {}
@@ -56,8 +51,7 @@ impl State {
             ViewCommand::TrainedLamp(lamp) => self.shoot.trained_lamp = lamp,
             ViewCommand::StepTrainedLamp(step) => {
                 let lamps = self.lamps.shoot.max(1) as isize;
-                self.shoot.trained_lamp =
-                    (self.shoot.trained_lamp as isize + step).rem_euclid(lamps) as usize;
+                self.shoot.trained_lamp = (self.shoot.trained_lamp as isize + step).rem_euclid(lamps) as usize;
             }
             ViewCommand::Pose(pose) => self.shoot.pose = pose,
             ViewCommand::Wipe(at) => self.wipe_at(at),
@@ -96,16 +90,12 @@ impl State {
                 self.display.color_view = choice;
             }
             ViewCommand::Inspect(inspection) => {
-                self.display.inspection = if self.display.inspection == inspection {
-                    Inspection::Picture
-                } else {
-                    inspection
-                };
+                self.display.inspection =
+                    if self.display.inspection == inspection { Inspection::Picture } else { inspection };
             }
             ViewCommand::ResetView => {
                 self.viewport.view = View::FITTED;
-                (self.display.viewing, self.display.inspection) =
-                    (Viewing::default(), Inspection::Picture);
+                (self.display.viewing, self.display.inspection) = (Viewing::default(), Inspection::Picture);
                 self.display.color_view = None;
             }
             ViewCommand::Pixel(pixel) => self.viewport.probed = pixel,
@@ -215,8 +205,7 @@ mod tests {
     #[test]
     fn lamps_are_shown_alone_and_together() {
         let mut s = state();
-        let lamps =
-            [ViewCommand::Solo(Some(7)), ViewCommand::SoloAlso(2), ViewCommand::SoloAlso(9)];
+        let lamps = [ViewCommand::Solo(Some(7)), ViewCommand::SoloAlso(2), ViewCommand::SoloAlso(9)];
         lamps.into_iter().for_each(|command| s.show(command));
         assert_eq!(s.solo, [2, 7, 9]);
         s.show(ViewCommand::SoloAlso(7));

@@ -20,12 +20,7 @@ pub struct Display {
 
 impl Default for Display {
     fn default() -> Self {
-        Self {
-            viewing: Viewing::default(),
-            color_view: None,
-            inspection: Inspection::default(),
-            gain: GAINS[2],
-        }
+        Self { viewing: Viewing::default(), color_view: None, inspection: Inspection::default(), gain: GAINS[2] }
     }
 }
 
@@ -47,13 +42,6 @@ pub struct ViewportView {
 
 impl Default for ViewportView {
     fn default() -> Self {
-        Self {
-            view: View::FITTED,
-            wipe: 0.5,
-            doubts: false,
-            aims: false,
-            probed: None,
-            region: None,
-        }
+        Self { view: View::FITTED, wipe: 0.5, doubts: false, aims: false, probed: None, region: None }
     }
 }

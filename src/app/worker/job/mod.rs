@@ -57,22 +57,12 @@ pub enum Job {
     /// Replace the checkpoint of the project in `project` by that of its copy in `from`, which was trained elsewhere.
     Adopt { project: PathBuf, from: PathBuf },
     /// Write a job for a farm that relights the interview of the project in `project`.
-    Farm {
-        project: PathBuf,
-        settings: Box<RelightSettings>,
-        farm: FarmSettings,
-        chunks: ChunkSettings,
-    },
+    Farm { project: PathBuf, settings: Box<RelightSettings>, farm: FarmSettings, chunks: ChunkSettings },
     /// Write a job for a farm that trains the networks of these projects.
     FarmTrain { projects: Vec<PathBuf>, trainings: Vec<Training>, farm: FarmSettings },
     /// Relight frames of the job in `job`, as a worker of a farm. `shoot` is the footage's folder, if it was
     /// moved.
-    FarmChunk {
-        job: PathBuf,
-        frames: FrameSpan,
-        device: Option<DeviceChoice>,
-        shoot: Option<PathBuf>,
-    },
+    FarmChunk { job: PathBuf, frames: FrameSpan, device: Option<DeviceChoice>, shoot: Option<PathBuf> },
     /// Train a network of the job in `job`, as a worker of a farm.
     FarmTask { job: PathBuf, task: usize },
     /// Check the frames of the job in `job` and make its movie.

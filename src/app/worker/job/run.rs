@@ -42,15 +42,12 @@ impl Job {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
             Self::Import { project, shoot, settings, corrections, lamps, name } => {
-                let mut project =
-                    footage::plan_import(&project, &shoot, &settings, &corrections, progress)?;
+                let mut project = footage::plan_import(&project, &shoot, &settings, &corrections, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
                 }
                 // Saved only after complete success: an existing project is not imported again.
-                let subset = lamps
-                    .map(|count| calibration::keep_lamps(&mut project, count, progress))
-                    .transpose()?;
+                let subset = lamps.map(|count| calibration::keep_lamps(&mut project, count, progress)).transpose()?;
                 project.save()?;
                 Ok(Outcome::Imported(ImportReport::new(&project, subset.as_ref())))
             }
@@ -111,19 +108,15 @@ impl Job {
                 farm::write_training(&projects, &trainings, &farm).map(Outcome::Farmed)
             }
             Self::FarmChunk { job, frames, device, shoot } => {
-                farm::run_chunk(&job, frames, device, shoot.as_deref(), progress)
-                    .map(Outcome::Chunk)
+                farm::run_chunk(&job, frames, device, shoot.as_deref(), progress).map(Outcome::Chunk)
             }
-            Self::FarmTask { job, task } => {
-                farm::run_task(&job, task, progress).map(Outcome::Trained)
-            }
+            Self::FarmTask { job, task } => farm::run_task(&job, task, progress).map(Outcome::Trained),
             Self::FarmAssemble { job, shoot } => {
                 let report = farm::assemble(&job, shoot.as_deref(), progress)?;
                 Ok(Outcome::Assembled(Box::new(report)))
             }
             Self::Relight { project, settings } => {
-                handover::relight(&Project::open(&project)?, &settings, progress)
-                    .map(Outcome::Relit)
+                handover::relight(&Project::open(&project)?, &settings, progress).map(Outcome::Relit)
             }
             Self::Evaluate { project, settings } => {
                 evaluate(&Project::open(&project)?, &settings, progress).map(Outcome::Evaluated)
@@ -134,9 +127,7 @@ impl Job {
             Self::Blind { project, settings } => {
                 blind(&Project::open(&project)?, &settings, progress).map(Outcome::Compared)
             }
-            Self::Answers { project, files } => {
-                answers(&Project::open(&project)?, &files).map(Outcome::Answered)
-            }
+            Self::Answers { project, files } => answers(&Project::open(&project)?, &files).map(Outcome::Answered),
             Self::Confidence { project, settings } => {
                 let report = confidence(&Project::open(&project)?, &settings, progress)?;
                 Ok(Outcome::Trusted(Box::new(report)))
@@ -145,9 +136,7 @@ impl Job {
                 let report = tradeoff(&Project::open(&project)?, &settings, progress)?;
                 Ok(Outcome::Measured(Box::new(report)))
             }
-            Self::Apply { project, rung } => {
-                apply(&Project::open(&project)?, &rung, progress).map(Outcome::Applied)
-            }
+            Self::Apply { project, rung } => apply(&Project::open(&project)?, &rung, progress).map(Outcome::Applied),
             Self::Demo { folder, prepare: true, .. } => {
                 let project = demo::prepare(&folder, progress)?;
                 Ok(Outcome::Imported(ImportReport::new(&project, None)))
@@ -184,12 +173,7 @@ impl Job {
 }
 
 /// Quality of a trained network on a held-out pose. A training counts as finished even if this fails.
-fn judged(
-    project: &Project,
-    pose: usize,
-    device: DeviceChoice,
-    progress: &Progress,
-) -> Option<Prediction> {
+fn judged(project: &Project, pose: usize, device: DeviceChoice, progress: &Progress) -> Option<Prediction> {
     match with_and_without_network(project, pose, device) {
         Ok([carried_db, corrected_db]) => Some(Prediction { pose, carried_db, corrected_db }),
         Err(e) => {
@@ -200,11 +184,7 @@ fn judged(
 }
 
 /// The named environments or files, as they light the project; all of the project's own if there are none.
-fn lit_by(
-    project: &Project,
-    wanted: &[PathBuf],
-    progress: &Progress,
-) -> Result<Vec<LitEnvironment>> {
+fn lit_by(project: &Project, wanted: &[PathBuf], progress: &Progress) -> Result<Vec<LitEnvironment>> {
     let lit = |name: &Path| {
         let (environment, front) = find_environment(project, name, None, progress)?;
         Ok(LitEnvironment {

@@ -109,10 +109,7 @@ impl Outcome {
             Self::Lamps(report) => report.sentence(),
             Self::Matted(report) => report.sentence(),
             Self::Packed(info) => {
-                format!(
-                    "A network for {} lamps at {} pixels",
-                    info.network.lamps, info.network.size
-                )
+                format!("A network for {} lamps at {} pixels", info.network.lamps, info.network.size)
             }
         }
     }
@@ -129,6 +126,5 @@ fn calibrated<S: Serializer>(found: &Calibration, to: S) -> std::result::Result<
     }
     let response = &found.response;
     let has_exponents = response.exponents().is_some();
-    Figures { nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0), found }
-        .serialize(to)
+    Figures { nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0), found }.serialize(to)
 }

@@ -19,11 +19,7 @@ pub(super) fn for_so_long(seconds: f64) -> String {
 
 /// A loss that no step computed is left out.
 pub(super) fn trained(report: &TrainReport) -> String {
-    let mut text = format!(
-        "Trained for {}, {}",
-        for_so_long(report.seconds),
-        counted(report.steps as usize, "step")
-    );
+    let mut text = format!("Trained for {}, {}", for_so_long(report.seconds), counted(report.steps as usize, "step"));
     let losses = [("OLATs", report.loss_rec), ("relit", report.loss_render)];
     let known = losses.iter().filter(|(_, loss)| !loss.is_nan());
     let known: Vec<String> = known.map(|(of, loss)| format!("{of} {loss:.4}")).collect();
@@ -43,10 +39,7 @@ pub(super) fn staged(report: &StageReport) -> String {
     let mut text = format!("{} files in {:.0} s. Traced:", report.files, report.seconds);
     for effect in &report.effects {
         let share = 100.0 * effect.share;
-        text += &format!(
-            "\n  {} for {share:.1} % of {}; elsewhere {}",
-            effect.name, effect.of, effect.skipped
-        );
+        text += &format!("\n  {} for {share:.1} % of {}; elsewhere {}", effect.name, effect.of, effect.skipped);
     }
     text
 }
@@ -76,9 +69,7 @@ pub(super) fn imported(found: &ImportReport) -> String {
 
 pub(super) fn listed(report: &EnvironmentsReport) -> String {
     let lines = report.environments.iter().map(|known| {
-        let front = known
-            .front
-            .map_or(String::new(), |front| format!(", front at yaw {:.1}°", front.yaw_deg()));
+        let front = known.front.map_or(String::new(), |front| format!(", front at yaw {:.1}°", front.yaw_deg()));
         let owner = if known.added { "added" } else { "the shoot's" };
         let line = format!("{}: {}, {owner}{front}", known.name, known.file.display());
         match known.complaint() {
@@ -87,11 +78,7 @@ pub(super) fn listed(report: &EnvironmentsReport) -> String {
         }
     });
     let lines: Vec<String> = lines.collect();
-    if lines.is_empty() {
-        "The project has no environments of its own yet".to_owned()
-    } else {
-        lines.join("\n")
-    }
+    if lines.is_empty() { "The project has no environments of its own yet".to_owned() } else { lines.join("\n") }
 }
 
 pub(super) fn developed(report: &DevelopReport) -> String {
@@ -116,13 +103,10 @@ pub(super) fn developed(report: &DevelopReport) -> String {
     );
     let estimated = report.estimated_energy_share.iter().copied().fold(0.0, f32::max);
     if estimated > 0.0 {
-        text +=
-            &format!("; {:.1} % of the light was estimated, for clipped lamps", 100.0 * estimated);
+        text += &format!("; {:.1} % of the light was estimated, for clipped lamps", 100.0 * estimated);
     }
     if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
-        text += &format!(
-            "; the second ball is {ratio:.3} times as bright, and differs by {stops:.2} stops (median)"
-        );
+        text += &format!("; the second ball is {ratio:.3} times as bright, and differs by {stops:.2} stops (median)");
     }
     text
 }
@@ -140,16 +124,14 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
         Method::Texler => "Patch-based training (Texler 2020)",
         Method::Sun => "Portrait relighting (Sun 2019)",
     };
-    let relit: Vec<String> =
-        scores.relit_psnr_db.iter().map(|(name, db)| format!("{db:.2} dB under {name}")).collect();
+    let relit: Vec<String> = scores.relit_psnr_db.iter().map(|(name, db)| format!("{db:.2} dB under {name}")).collect();
     let olats = scores.olat_psnr_db.map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
-    let edges = scores.olat_shadow_edges.map_or(String::new(), |edges| {
-        format!(", {:.2} dB at the edges of shadows", edges.psnr_db)
-    });
+    let edges = scores
+        .olat_shadow_edges
+        .map_or(String::new(), |edges| format!(", {:.2} dB at the edges of shadows", edges.psnr_db));
     let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
     let (relit, frames) = (relit.join(", "), frames.join(", "));
-    let flicker =
-        report.flicker.map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
+    let flicker = report.flicker.map_or(String::new(), |flicker| format!("\n{}", flicker.sentence()));
     let learnt = match (report.training_seconds, report.training_steps) {
         (Some(seconds), Some(steps)) if scores.method.learns() => {
             let minutes = seconds / 60.0;
@@ -164,19 +146,13 @@ pub(super) fn evaluated(report: &EvaluateReport) -> String {
 pub(super) fn reviewed(report: &ReviewReport) -> String {
     let over = |what: &str, means: &Means| {
         let cell = &means.over_cells;
-        format!(
-            "{} {what}: FLIP {:.3}, PSNR {:.1} dB, SSIM {:.3}",
-            means.cases, cell.flip, cell.psnr_db, cell.ssim
-        )
+        format!("{} {what}: FLIP {:.3}, PSNR {:.1} dB, SSIM {:.3}", means.cases, cell.flip, cell.psnr_db, cell.ssim)
     };
     let unseen = (report.unseen.iter()).map(|m| over("frames or poses kept out of training", m));
     let seen = report.seen.iter().map(|m| over("seen in training", m));
     let mut text = unseen.chain(seen).collect::<Vec<_>>().join("; ");
     if let Some(worst) = report.worst.first() {
-        text += &format!(
-            ". The worst is {} in {}, FLIP {:.3}",
-            worst.lamp, worst.case, worst.cell.flip
-        );
+        text += &format!(". The worst is {} in {}, FLIP {:.3}", worst.lamp, worst.case, worst.cell.flip);
     }
     if let Some(path) = &report.report {
         text += &format!(". The report is {}", path.display());

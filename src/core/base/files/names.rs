@@ -12,9 +12,7 @@ pub fn natural_order(a: impl AsRef<OsStr>, b: impl AsRef<OsStr>) -> Ordering {
     let (a, b) = (a.as_ref(), b.as_ref());
     let (left, right) = (a.to_string_lossy(), b.to_string_lossy());
     let ((stem_a, ending_a), (stem_b, ending_b)) = (parts(&left), parts(&right));
-    (pieces(stem_a).cmp(pieces(stem_b)))
-        .then_with(|| pieces(ending_a).cmp(pieces(ending_b)))
-        .then_with(|| a.cmp(b))
+    (pieces(stem_a).cmp(pieces(stem_b))).then_with(|| pieces(ending_a).cmp(pieces(ending_b))).then_with(|| a.cmp(b))
 }
 
 fn parts(name: &str) -> (&str, &str) {
@@ -71,11 +69,7 @@ fn pieces(name: &str) -> impl Iterator<Item = Piece<'_>> {
             rest = &rest[first.len_utf8()..];
             takes_sign = matches!(first, '.' | '_');
             let lower = first.to_lowercase().next().unwrap_or(first);
-            return Some(if lower < '0' {
-                Piece::BeforeDigits(lower)
-            } else {
-                Piece::AfterDigits(lower)
-            });
+            return Some(if lower < '0' { Piece::BeforeDigits(lower) } else { Piece::AfterDigits(lower) });
         }
         let is_negative = unsigned.len() < rest.len();
         rest = text;
@@ -124,16 +118,8 @@ mod tests {
     #[test]
     fn a_listing_is_in_order_and_without_clutter() {
         let folder = tempfile::tempdir().unwrap();
-        let clutter = [
-            ".DS_Store",
-            "._2.png",
-            "Thumbs.db",
-            "thumbs.DB",
-            "@eaDir",
-            ".@__thumb",
-            "__MACOSX",
-            "desktop.ini",
-        ];
+        let clutter =
+            [".DS_Store", "._2.png", "Thumbs.db", "thumbs.DB", "@eaDir", ".@__thumb", "__MACOSX", "desktop.ini"];
         for name in ["10.png", "2.png", "1.PNG"].iter().chain(&clutter) {
             std::fs::write(folder.path().join(name), "").unwrap();
         }

@@ -170,9 +170,7 @@ impl<'a> Progress<'a> {
     pub fn retry<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
         loop {
             let done = act();
-            let Err(error @ Error::Io { .. }) = &done else {
-                return done;
-            };
+            let Err(error @ Error::Io { .. }) = &done else { return done };
             if !self.attended || self.cancelled() {
                 return done;
             }

@@ -108,13 +108,9 @@ mod tests {
             rendering: Some(step as f32),
             held_out_db,
         };
-        let three = point(3, Some(0.3), Some(20.0))
-            .joined(point(6, Some(0.9), None), 1)
-            .joined(point(9, None, None), 2);
-        assert_eq!(
-            three,
-            LossPoint { rendering: Some(6.0), seconds: 9.0, ..point(9, Some(0.6), Some(20.0)) }
-        );
+        let three =
+            point(3, Some(0.3), Some(20.0)).joined(point(6, Some(0.9), None), 1).joined(point(9, None, None), 2);
+        assert_eq!(three, LossPoint { rendering: Some(6.0), seconds: 9.0, ..point(9, Some(0.6), Some(20.0)) });
     }
 
     #[test]

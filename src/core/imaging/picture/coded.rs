@@ -126,9 +126,8 @@ fn png_color(source: &mut Source) -> Option<Named> {
             return Some(Named::srgb("sRGB"));
         }
         let primaries = info.chrm_chunk.map(|chunk| {
-            let chromaticity = |(x, y): (png::ScaledFloat, png::ScaledFloat)| {
-                [f64::from(x.into_value()), f64::from(y.into_value())]
-            };
+            let chromaticity =
+                |(x, y): (png::ScaledFloat, png::ScaledFloat)| [f64::from(x.into_value()), f64::from(y.into_value())];
             Primaries {
                 red: chromaticity(chunk.red),
                 green: chromaticity(chunk.green),

@@ -51,9 +51,9 @@ pub(super) fn describe(
         bits: 8 * color.bytes_per_pixel() / color.channel_count(),
         layer: None,
         turned_by: (!is_as_stored).then_some(turned_by),
-        is_converted: named.as_ref().is_some_and(|named| {
-            if is_light { named.matrix().is_some() } else { named.profile.is_some() }
-        }),
+        is_converted: named
+            .as_ref()
+            .is_some_and(|named| if is_light { named.matrix().is_some() } else { named.profile.is_some() }),
         is_whole: true,
         notes,
     };
@@ -73,11 +73,7 @@ pub(super) fn finish(
     }
     let (width, height) = about.size;
     let pixels = picture.into_rgba32f();
-    let alpha = about.has_alpha.then(|| Mask {
-        width,
-        height,
-        pixels: pixels.pixels().map(|p| p.0[3]).collect(),
-    });
+    let alpha = about.has_alpha.then(|| Mask { width, height, pixels: pixels.pixels().map(|p| p.0[3]).collect() });
     let matrix = named.as_ref().and_then(Named::matrix);
     let light = pixels.pixels().map(|p| {
         let light = [p.0[0], p.0[1], p.0[2]];

@@ -10,8 +10,7 @@ const REACH: usize = 16;
 pub(super) fn fill(light: &mut Image) -> usize {
     let (width, height) = light.size();
     let is_gap = |pixel: &[f32; 3]| pixel.iter().any(|v| !v.is_finite());
-    let mut gaps: Vec<usize> =
-        (0..light.pixels.len()).filter(|&at| is_gap(&light.pixels[at])).collect();
+    let mut gaps: Vec<usize> = (0..light.pixels.len()).filter(|&at| is_gap(&light.pixels[at])).collect();
     let count = gaps.len();
     for _ in 0..REACH {
         if gaps.is_empty() {

@@ -16,17 +16,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// Layers that hold the finished picture, by the last part of their names; earlier ones are preferred.
-const FINISHED: [&str; 8] =
-    ["composite", "combined", "beauty", "rgba", "rgb", "color", "colour", "main"];
+const FINISHED: [&str; 8] = ["composite", "combined", "beauty", "rgba", "rgb", "color", "colour", "main"];
 
 pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     refuse_new_compression(&mut source)?;
     let Source { path, file } = source;
     let broken = |cause: &dyn std::fmt::Display| source::broken(path, cause);
     let reader = exr::block::read(file, false).map_err(|e| match &e {
-        exr::error::Error::NotSupported(why) if why.contains("subsampling") => {
-            luminance_chroma(path)
-        }
+        exr::error::Error::NotSupported(why) if why.contains("subsampling") => luminance_chroma(path),
         _ => broken(&e),
     })?;
     check_openexr(reader.headers()).map_err(|e| broken(&e))?;
@@ -37,10 +34,8 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     let size = |window: IntegerBounds| (window.size.width(), window.size.height());
     let window = if sink.takes_data_window(size(data), size(display)) { data } else { display };
     let offset = data.position - window.position;
-    let (inside_x, inside_y) = (
-        overlap(offset.x(), size(data).0, size(window).0),
-        overlap(offset.y(), size(data).1, size(window).1),
-    );
+    let (inside_x, inside_y) =
+        (overlap(offset.x(), size(data).0, size(window).0), overlap(offset.y(), size(data).1, size(window).1));
     if inside_x == 0 || inside_y == 0 {
         return Err(broken(&"its data window is outside its display window"));
     }
@@ -62,10 +57,9 @@ pub(super) fn stream(mut source: Source, sink: &mut dyn Sink) -> Result<()> {
     let about = About {
         size: size(window),
         format: "EXR",
-        coding: Coding::Light(primaries.map(|primaries| Origin {
-            name: primaries.name().to_owned(),
-            by: "its chromaticities",
-        })),
+        coding: Coding::Light(
+            primaries.map(|primaries| Origin { name: primaries.name().to_owned(), by: "its chromaticities" }),
+        ),
         has_alpha: choice.alpha.is_some(),
         bits: if kind == SampleType::F16 { 16 } else { 32 },
         layer: choice.layer.clone(),
@@ -219,8 +213,7 @@ impl Layer {
     fn rank(&self) -> (usize, usize) {
         let words: Vec<&str> = self.name.split('.').filter(|word| !word.is_empty()).collect();
         let is_right = words.contains(&"right");
-        let named: Vec<&&str> =
-            words.iter().filter(|word| !["left", "right", "default"].contains(*word)).collect();
+        let named: Vec<&&str> = words.iter().filter(|word| !["left", "right", "default"].contains(*word)).collect();
         let rank = |word: &str| FINISHED.iter().position(|finished| *finished == word);
         let finished = match named.last() {
             None => 0,
@@ -262,10 +255,7 @@ fn has_chroma(headers: &[Header]) -> bool {
 /// Refusal of luminance with chroma, which the decoder names by its subsampling.
 fn luminance_chroma(path: &Path) -> Error {
     Error::invalid(
-        format!(
-            "{} has luminance and chroma (Y, RY, BY) or other subsampled channels, not R, G and B",
-            path.display()
-        ),
+        format!("{} has luminance and chroma (Y, RY, BY) or other subsampled channels, not R, G and B", path.display()),
         "Write it with the channels R, G and B, in the program that wrote it",
     )
 }
@@ -277,29 +267,20 @@ fn color_layers(headers: &[Header]) -> Vec<Layer> {
         if !is_flat(part) {
             continue;
         }
-        let names: Vec<String> =
-            part.channels.list.iter().map(|c| c.name.to_string().to_lowercase()).collect();
+        let names: Vec<String> = part.channels.list.iter().map(|c| c.name.to_string().to_lowercase()).collect();
         let own = part.own_attributes.layer_name.as_ref().map(ToString::to_string);
         let view = part.own_attributes.view_name.as_ref().map(ToString::to_string);
         for name in &names {
             let (layer, last) = name.rsplit_once('.').unwrap_or(("", name));
             let triples = [["r", "g", "b", "a"], ["red", "green", "blue", "alpha"]];
-            let Some(triple) = triples.into_iter().find(|triple| triple[0] == last) else {
-                continue;
-            };
+            let Some(triple) = triples.into_iter().find(|triple| triple[0] == last) else { continue };
             let find = |channel: &str| {
-                let wanted = if layer.is_empty() {
-                    channel.to_owned()
-                } else {
-                    format!("{layer}.{channel}")
-                };
+                let wanted = if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") };
                 names.iter().position(|name| *name == wanted)
             };
-            if let (Some(r), Some(g), Some(b)) = (find(triple[0]), find(triple[1]), find(triple[2]))
-            {
+            if let (Some(r), Some(g), Some(b)) = (find(triple[0]), find(triple[1]), find(triple[2])) {
                 let words = [own.clone(), view.clone(), Some(layer.to_owned())];
-                let words: Vec<String> =
-                    words.into_iter().flatten().map(|w| w.to_lowercase()).collect();
+                let words: Vec<String> = words.into_iter().flatten().map(|w| w.to_lowercase()).collect();
                 let channels = [r, g, b];
                 let choice = LayerChoice { header, channels, alpha: find(triple[3]), layer: None };
                 found.push(Layer { name: words.join("."), choice });
@@ -339,26 +320,17 @@ fn choose(path: &Path, headers: &[Header], notes: &mut Vec<String>) -> Result<La
         };
         if !is_wanted {
             let names: Vec<String> = layers.iter().take(12).map(shown).collect();
-            let lacks = chosen.map_or("that is the finished picture".to_owned(), |chosen| {
-                format!("called \"{chosen}\"")
-            });
+            let lacks =
+                chosen.map_or("that is the finished picture".to_owned(), |chosen| format!("called \"{chosen}\""));
             return Err(Error::invalid(
-                format!(
-                    "{} has {count} layers with colours and none {lacks}: {}",
-                    path.display(),
-                    names.join(", ")
-                ),
+                format!("{} has {count} layers with colours and none {lacks}: {}", path.display(), names.join(", ")),
                 "Choose one as EXR layer in New project or with --layer NAME (import, probe) or --environment-layer NAME (relight), \
                  write the wanted one as R, G and B, or name it \"beauty\"",
             ));
         }
         if count > 1 {
             let first = &layers[0];
-            let name = if first.name.trim_matches('.').is_empty() {
-                "the unnamed one".into()
-            } else {
-                shown(first)
-            };
+            let name = if first.name.trim_matches('.').is_empty() { "the unnamed one".into() } else { shown(first) };
             notes.push(format!("The file has {count} layers with colours; {name} was read."));
         }
         let Layer { name, choice } = layers.remove(0);

@@ -9,8 +9,7 @@ use crate::color::{linear_from_srgb, linear_from_xyz};
 use crate::color_space::{ColorSpace, Matrix, Primaries, transformed};
 use crate::response::Response;
 use moxcms::{
-    ColorProfile, DataColorSpace, Layout, ProfileText, ToneReprCurve, TransformF32Executor,
-    TransformOptions,
+    ColorProfile, DataColorSpace, Layout, ProfileText, ToneReprCurve, TransformF32Executor, TransformOptions,
 };
 use std::sync::Arc;
 
@@ -107,8 +106,7 @@ impl Named {
 /// # Errors
 /// When it is damaged or not for RGB or grey: the fault.
 pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
-    let profile = ColorProfile::new_from_slice(bytes)
-        .map_err(|e| format!("its ICC profile is damaged ({e})"))?;
+    let profile = ColorProfile::new_from_slice(bytes).map_err(|e| format!("its ICC profile is damaged ({e})"))?;
     let name = described(&profile);
     let evaluator = |curve: &Option<ToneReprCurve>| {
         let curve = curve.as_ref()?.make_linear_evaluator().ok()?;
@@ -116,8 +114,7 @@ pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
     };
     match profile.color_space {
         DataColorSpace::Gray => {
-            let grey = evaluator(&profile.gray_trc)
-                .ok_or("its grey ICC profile has no curve".to_owned())?;
+            let grey = evaluator(&profile.gray_trc).ok_or("its grey ICC profile has no curve".to_owned())?;
             let tables = Box::new([grey.clone(), grey.clone(), grey]);
             Ok(Named::new(name, ICC, Profile::Curves { tables, matrix: None }))
         }
@@ -137,14 +134,11 @@ pub(super) fn icc(bytes: &[u8]) -> Result<Named, String> {
             }
             let mut linear = ColorProfile::new_srgb();
             let straight = || Some(ToneReprCurve::Lut(Vec::new()));
-            (linear.red_trc, linear.green_trc, linear.blue_trc) =
-                (straight(), straight(), straight());
+            (linear.red_trc, linear.green_trc, linear.blue_trc) = (straight(), straight(), straight());
             linear.cicp = None;
             let options = TransformOptions::default();
-            let transform =
-                profile.create_transform_f32(Layout::Rgb, &linear, Layout::Rgb, options);
-            let transform = transform
-                .map_err(|e| format!("its ICC profile \"{name}\" cannot be used ({e})"))?;
+            let transform = profile.create_transform_f32(Layout::Rgb, &linear, Layout::Rgb, options);
+            let transform = transform.map_err(|e| format!("its ICC profile \"{name}\" cannot be used ({e})"))?;
             Ok(Named::new(name, ICC, Profile::Tables(transform)))
         }
         other => Err(format!("its ICC profile \"{name}\" is for {other:?}, not RGB or grey")),
@@ -161,9 +155,7 @@ fn to_d65(xyz: [f64; 3]) -> [f64; 3] {
 fn described(profile: &ColorProfile) -> String {
     let text = match &profile.description {
         Some(ProfileText::PlainString(text)) => text.clone(),
-        Some(ProfileText::Localizable(all)) => {
-            all.first().map(|first| first.value.clone()).unwrap_or_default()
-        }
+        Some(ProfileText::Localizable(all)) => all.first().map(|first| first.value.clone()).unwrap_or_default(),
         Some(ProfileText::Description(text)) => text.ascii_string.clone(),
         None => String::new(),
     };
@@ -211,11 +203,7 @@ pub(super) fn gamma(gamma: f32, primaries: Option<Primaries>) -> Option<Named> {
         return None;
     }
     let primaries = primaries.filter(|p| p.is_usable());
-    let name = if (gamma - 1.0).abs() < 1e-4 {
-        "linear".to_owned()
-    } else {
-        format!("gamma {:.2}", 1.0 / gamma)
-    };
+    let name = if (gamma - 1.0).abs() < 1e-4 { "linear".to_owned() } else { format!("gamma {:.2}", 1.0 / gamma) };
     let power = 1.0 / gamma;
     Some(Named::new(name, "gAMA", Profile::curve(|code| code.powf(power), primaries)))
 }

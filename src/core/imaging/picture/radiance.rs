@@ -73,9 +73,7 @@ impl Layout {
     /// goes up.
     fn parse(line: &str) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        let [first, a, second, b] = words[..] else {
-            return None;
-        };
+        let [first, a, second, b] = words[..] else { return None };
         let (a, b) = (a.parse().ok()?, b.parse().ok()?);
         let (columns, x, y, size) = match (first, second) {
             ("-Y" | "+Y", "-X" | "+X") => (false, second, first, (b, a)),
@@ -107,11 +105,8 @@ impl Header {
             if line.is_empty() {
                 break;
             }
-            let Some((key, value)) = line.split_once('=') else {
-                continue;
-            };
-            let numbers: Vec<f64> =
-                value.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect();
+            let Some((key, value)) = line.split_once('=') else { continue };
+            let numbers: Vec<f64> = value.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect();
             let usable = numbers.iter().all(|v| v.is_finite() && *v > 0.0);
             match (key.trim(), &numbers[..]) {
                 ("FORMAT", _) => match value.trim() {
@@ -142,10 +137,7 @@ impl Header {
         let line = header_line(source)?;
         let layout = Layout::parse(&line).ok_or_else(|| {
             Error::invalid(
-                format!(
-                    "{} has no size such as -Y 512 +X 1024 after its header, but {line:?}",
-                    source.path.display()
-                ),
+                format!("{} has no size such as -Y 512 +X 1024 after its header, but {line:?}", source.path.display()),
                 REMEDY,
             )
         })?;
@@ -199,9 +191,8 @@ fn read_line(file: &mut impl BufRead, line: &mut [[u8; 4]]) -> std::result::Resu
     file.read_exact(&mut pixel).map_err(ends)?;
     let length = line.len();
     let [a, b, high, low] = pixel;
-    let by_channel = (8..0x8000).contains(&length)
-        && (a, b) == (2, 2)
-        && usize::from(high) << 8 | usize::from(low) == length;
+    let by_channel =
+        (8..0x8000).contains(&length) && (a, b) == (2, 2) && usize::from(high) << 8 | usize::from(low) == length;
     if by_channel {
         let mut run = [0; 128];
         for c in 0..4 {

@@ -21,10 +21,7 @@ pub(super) fn refuse(path: &Path, head: &[u8], file: &mut (impl BufRead + Seek))
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "{} is a camera raw file, which holds sensor data and a small preview",
-            path.display()
-        ),
+        format!("{} is a camera raw file, which holds sensor data and a small preview", path.display()),
         "Develop all pictures of the shoot alike, as 16-bit TIFF or linear EXR, with RawTherapee, darktable or the \
          maker's program, then use those",
     ))
@@ -37,12 +34,9 @@ pub(super) fn is_tiff(head: &[u8]) -> bool {
 /// True for a DNG, or for a TIFF whose first picture is the preview of another one within it.
 fn has_sensor_data(file: &mut (impl BufRead + Seek)) -> bool {
     const DNG_VERSION: Tag = Tag::Unknown(50706);
-    let Ok(mut decoder) = Decoder::new(file) else {
-        return false;
-    };
+    let Ok(mut decoder) = Decoder::new(file) else { return false };
     let is_dng = decoder.find_tag(DNG_VERSION).is_ok_and(|tag| tag.is_some());
-    let is_preview = decoder
-        .find_tag_unsigned::<u32>(Tag::NewSubfileType)
-        .is_ok_and(|kind| kind.is_some_and(|kind| kind & 1 == 1));
+    let is_preview =
+        decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType).is_ok_and(|kind| kind.is_some_and(|kind| kind & 1 == 1));
     is_dng || is_preview && decoder.find_tag(Tag::SubIfd).is_ok_and(|tag| tag.is_some())
 }

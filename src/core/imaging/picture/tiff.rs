@@ -64,17 +64,14 @@ pub(super) fn icc(source: &mut Source) -> Option<Vec<u8>> {
 
 fn layout(path: &Path, mut decoder: Decoder<&mut BufReader<File>>) -> Result<Option<Special>> {
     let mut tag = |tag: Tag| decoder.find_tag_unsigned::<u16>(tag).ok().flatten();
-    if tag(Tag::Compression).map(CompressionMethod::from_u16_exhaustive)
-        == Some(CompressionMethod::ZSTD)
-    {
+    if tag(Tag::Compression).map(CompressionMethod::from_u16_exhaustive) == Some(CompressionMethod::ZSTD) {
         return Err(Error::invalid(
             format!("{} is compressed with ZSTD, which is not read", path.display()),
             "Write it with Deflate or LZW: oiiotool IN.tif --compression zip -o OUT.tif",
         ));
     }
     let is_planar = tag(Tag::PlanarConfiguration) == Some(2);
-    let is_inverted = tag(Tag::PhotometricInterpretation)
-        == Some(PhotometricInterpretation::WhiteIsZero.to_u16());
+    let is_inverted = tag(Tag::PhotometricInterpretation) == Some(PhotometricInterpretation::WhiteIsZero.to_u16());
     let orientation = tag(Tag::Orientation)
         .and_then(|value| Orientation::from_exif(value as u8))
         .unwrap_or(Orientation::NoTransforms);
@@ -190,8 +187,7 @@ impl Special {
         let (width, height) = (self.stored.0 as u32, self.stored.1 as u32);
         let used = self.samples.1;
         let values = self.pixels(all, light)?;
-        let rgb =
-            |pixel: &[f32]| if used < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
+        let rgb = |pixel: &[f32]| if used < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
         let pixels = values.chunks_exact(used);
         if used.is_multiple_of(2) {
             let values = pixels.flat_map(|pixel| {

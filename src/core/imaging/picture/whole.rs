@@ -39,15 +39,12 @@ impl Sink for Whole<'_> {
         // Pixels that the file leaves out are black, and nothing covers them.
         let alpha = about.has_alpha.then(|| Mask::filled(width, height, 0.0));
         let light = Image::filled(width, height, [0.0; 3]);
-        self.picture =
-            Some(Picture { about: about.clone(), content: Content::Light(light, alpha) });
+        self.picture = Some(Picture { about: about.clone(), content: Content::Light(light, alpha) });
         Ok(true)
     }
 
     fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], alpha: &[f32]) {
-        let Some(Picture { content: Content::Light(image, mask), .. }) = &mut self.picture else {
-            return;
-        };
+        let Some(Picture { content: Content::Light(image, mask), .. }) = &mut self.picture else { return };
         let at = y * image.width + x;
         image.pixels[at..][..light.len()].copy_from_slice(light);
         if let Some(mask) = mask {
@@ -102,11 +99,7 @@ impl Picture {
         let encoded = |light: [f32; 3]| light.map(|v| code(srgb_from_linear(v)));
         let codes = match self.content {
             Content::Codes(codes, named) => {
-                let mut codes = if has_alpha {
-                    codes.into_rgba16().into_raw()
-                } else {
-                    codes.into_rgb16().into_raw()
-                };
+                let mut codes = if has_alpha { codes.into_rgba16().into_raw() } else { codes.into_rgb16().into_raw() };
                 if let Some(named) = named.filter(|named| named.profile.is_some()) {
                     let decode = decoder(Some(&named));
                     for pixel in codes.chunks_exact_mut(3 + usize::from(has_alpha)) {
@@ -211,20 +204,12 @@ impl Picture {
                     sink.run(0, y, &row, &alphas);
                 };
                 if wide {
-                    let raw = if has_alpha {
-                        codes.into_rgba16().into_raw()
-                    } else {
-                        codes.into_rgb16().into_raw()
-                    };
+                    let raw = if has_alpha { codes.into_rgba16().into_raw() } else { codes.into_rgb16().into_raw() };
                     for (y, line) in raw.chunks_exact(channels * width).enumerate() {
                         pass(y, &mut line.iter().copied());
                     }
                 } else {
-                    let raw = if has_alpha {
-                        codes.into_rgba8().into_raw()
-                    } else {
-                        codes.into_rgb8().into_raw()
-                    };
+                    let raw = if has_alpha { codes.into_rgba8().into_raw() } else { codes.into_rgb8().into_raw() };
                     for (y, line) in raw.chunks_exact(channels * width).enumerate() {
                         // The same share of white in 16 bits.
                         pass(y, &mut line.iter().map(|&code| u16::from(code) * 257));

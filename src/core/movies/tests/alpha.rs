@@ -66,8 +66,7 @@ fn alpha_beside_deep_or_full_colour_is_said_and_the_colour_read() {
     let source = "color=gray:s=64x48:r=24:d=0.2";
     for format in ["yuv420p10le", "yuv420p12le", "yuv444p"] {
         let path = folder.path().join(format!("{format}.webm"));
-        let words =
-            "-c:v libvpx-vp9 -deadline realtime -cpu-used 8 -metadata:s:v alpha_mode=1 -pix_fmt";
+        let words = "-c:v libvpx-vp9 -deadline realtime -cpu-used 8 -metadata:s:v alpha_mode=1 -pix_fmt";
         let mut line = vec!["-f", "lavfi", "-i", source];
         line.extend(words.split(' ').chain([format, path.to_str().unwrap()]));
         ffmpeg(&line);
@@ -152,17 +151,11 @@ fn white_and_opaque_are_65535_in_every_kind_of_pixels() {
         assert!(all(0).iter().all(|&code| code == 65535), "{format} {range}: {:?}", &all(0)[..4]);
         for (i, code) in all(1).into_iter().enumerate() {
             let is_alpha = has_alpha && i % 4 == 3;
-            let wanted = if is_alpha {
-                65535.0 * f64::from(1 << (bits - 1)) / f64::from(opaque)
-            } else {
-                65535.0 * level
-            };
+            let wanted =
+                if is_alpha { 65535.0 * f64::from(1 << (bits - 1)) / f64::from(opaque) } else { 65535.0 * level };
             // Eight bits go through ffmpeg's tables of YUV.
             let within = if bits > 8 { 48.0 } else { 80.0 };
-            assert!(
-                (f64::from(code) - wanted).abs() < within,
-                "{format} {range}: {code}, not {wanted}"
-            );
+            assert!((f64::from(code) - wanted).abs() < within, "{format} {range}: {code}, not {wanted}");
         }
     }
 }

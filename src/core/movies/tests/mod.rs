@@ -87,16 +87,8 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
             "30000/1001",
             "-c:v libx264 -bf 5 -b_strategy 0 -g 20 -pix_fmt yuv420p -x264-params b-pyramid=normal",
         ),
-        (
-            "open_gop.mp4",
-            "24",
-            "-c:v libx264 -bf 3 -g 10 -pix_fmt yuv420p -x264-params open-gop=1:scenecut=0",
-        ),
-        (
-            "refresh.mp4",
-            "24",
-            "-c:v libx264 -bf 0 -g 15 -pix_fmt yuv420p -x264-params intra-refresh=1",
-        ),
+        ("open_gop.mp4", "24", "-c:v libx264 -bf 3 -g 10 -pix_fmt yuv420p -x264-params open-gop=1:scenecut=0"),
+        ("refresh.mp4", "24", "-c:v libx264 -bf 0 -g 15 -pix_fmt yuv420p -x264-params intra-refresh=1"),
         (
             "open_gop.hevc.mp4",
             "24",
@@ -109,11 +101,7 @@ fn frame_n_is_frame_n_in_every_codec_and_order() {
         ("prores.mov", "24000/1001", "-c:v prores_ks -profile:v 3"),
         ("dnxhr.mxf", "25", "-s 256x128 -c:v dnxhd -profile:v dnxhr_hq -pix_fmt yuv422p"),
         ("lossless.mkv", "24", "-c:v ffv1 -pix_fmt gray"),
-        (
-            "webm.webm",
-            "24",
-            "-c:v libvpx-vp9 -b:v 1M -g 12 -pix_fmt yuv420p -deadline realtime -cpu-used 8",
-        ),
+        ("webm.webm", "24", "-c:v libvpx-vp9 -b:v 1M -g 12 -pix_fmt yuv420p -deadline realtime -cpu-used 8"),
     ];
     for (name, rate, coding) in cases {
         let path = folder.path().join(name);
@@ -154,12 +142,7 @@ fn frames_are_counted_as_shown_where_times_are_uneven_start_late_or_are_cut() {
         assert!(movie.drift((21, last), 25.0).unwrap() < 0.1, "{name}");
         assert!(movie.drift((21, last), 24.0).unwrap() > 1.0, "{name}");
     }
-    make(
-        &at("late.ts"),
-        60,
-        "25",
-        "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p -output_ts_offset 3600",
-    );
+    make(&at("late.ts"), 60, "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p -output_ts_offset 3600");
     check(&at("late.ts"), &all);
     // Cut without re-encoding: the edit list hides the frames before the cut.
     make(&at("whole.mp4"), 60, "25", "-c:v libx264 -bf 3 -g 12 -pix_fmt yuv420p");
@@ -198,11 +181,7 @@ fn colours_come_as_tagged() {
             "scale=out_color_matrix=bt2020:out_range=pc,setparams=colorspace=bt2020nc:range=pc",
             "-pix_fmt yuv444p16le -c:v ffv1",
         ),
-        (
-            "full.mov",
-            "scale=out_color_matrix=bt601:out_range=pc",
-            "-pix_fmt yuvj444p -c:v mjpeg -q:v 1",
-        ),
+        ("full.mov", "scale=out_color_matrix=bt601:out_range=pc", "-pix_fmt yuvj444p -c:v mjpeg -q:v 1"),
         ("rgb.mkv", "null", "-pix_fmt gbrp16le -c:v ffv1"),
         (
             "alpha.mov",
@@ -258,8 +237,7 @@ fn turned_and_stretched_movies_have_the_size_that_players_show() {
     ffmpeg(&["-i", &at("flat.mp4"), "-c", "copy", "-metadata:s:v", "rotate=90", &at("turned.mp4")]);
     make(Path::new(&at("wide.mp4")), 4, "25", "-c:v libx264 -pix_fmt yuv420p -vf setsar=4/3");
     make(Path::new(&at("odd.mkv")), 4, "25", "-c:v ffv1 -vf crop=97:31:0:0");
-    for (name, size) in [("turned.mp4", (32, 128)), ("wide.mp4", (171, 32)), ("odd.mkv", (97, 31))]
-    {
+    for (name, size) in [("turned.mp4", (32, 128)), ("wide.mp4", (171, 32)), ("odd.mkv", (97, 31))] {
         let movie = Movie::open(Path::new(&at(name)), &tools(folder.path())).unwrap();
         assert_eq!(movie.info().size, size, "{name}");
         assert_eq!(movie.frame(3).unwrap().size, size, "{name}");
@@ -277,24 +255,14 @@ fn sequences_are_patterns_folders_or_first_files() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    for (ending, format) in
-        [("png", "rgb48be"), ("tif", "rgb48le"), ("jpg", "yuvj444p"), ("dpx", "rgb48be")]
-    {
+    for (ending, format) in [("png", "rgb48be"), ("tif", "rgb48le"), ("jpg", "yuvj444p"), ("dpx", "rgb48be")] {
         let shots = folder.path().join(ending);
         std::fs::create_dir(&shots).unwrap();
-        make(
-            &shots.join(format!("shot.%04d.{ending}")),
-            12,
-            "24",
-            &format!("-start_number 98 -pix_fmt {format}"),
-        );
+        make(&shots.join(format!("shot.%04d.{ending}")), 12, "24", &format!("-start_number 98 -pix_fmt {format}"));
         let tools = tools(folder.path());
         let first = shots.join(format!("shot.0098.{ending}"));
         let (pattern, start) = Sequence::pattern_from_first(&first).unwrap();
-        assert_eq!(
-            (pattern.file_name().unwrap().to_str().unwrap(), start),
-            (&*format!("shot.%04d.{ending}"), 98)
-        );
+        assert_eq!((pattern.file_name().unwrap().to_str().unwrap(), start), (&*format!("shot.%04d.{ending}"), 98));
         for name in [format!("shot.%04d.{ending}"), format!("shot.####.{ending}")] {
             let sequence = Sequence::open(&shots.join(name), &tools).unwrap();
             assert_eq!((sequence.first(), sequence.count(), sequence.size()), (Some(98), 12, SIZE));

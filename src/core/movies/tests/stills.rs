@@ -128,10 +128,7 @@ fn a_pattern_takes_letters_of_any_case_and_names_its_gaps() {
     ] {
         let picture = image::GrayImage::from_pixel(16, 16, image::Luma([code]));
         picture
-            .write_to(
-                &mut std::fs::File::create(folder.path().join(name)).unwrap(),
-                image::ImageFormat::Png,
-            )
+            .write_to(&mut std::fs::File::create(folder.path().join(name)).unwrap(), image::ImageFormat::Png)
             .unwrap();
     }
     let tools = tools(folder.path());

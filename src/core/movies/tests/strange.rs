@@ -24,8 +24,7 @@ fn names_mean_nothing_but_files() {
     ] {
         let path = folder.path().join(name);
         std::fs::write(&path, &bytes).unwrap();
-        let movie =
-            Movie::open(&path, &tools(folder.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let movie = Movie::open(&path, &tools(folder.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(number(&movie.frame(2).unwrap()), 2, "{name}");
     }
     // A playlist with a file elsewhere, and one with a server.

@@ -10,8 +10,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
-    Series, Upstream, compose,
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate, Series, Upstream, compose,
 };
 use footage::{BehindReader, Frame, PictureSize, picture_size};
 use gpu::ComputeDevice;
@@ -72,8 +71,7 @@ impl<'a> Clip<'a> {
         let solo = lamps_named(&calibration.rig, &settings.solo)?;
         let look = Look::open(project, settings, progress)?;
         let compute = ComputeDevice::choose(settings.device);
-        let mut predictor = OlatPredictor::open(project, &calibration, &compute.device)?
-            .steady(project, &calibration);
+        let mut predictor = OlatPredictor::open(project, &calibration, &compute.device)?.steady(project, &calibration);
         if settings.files.at != PictureSize::Square {
             predictor = predictor.with_detail(project, &calibration)?;
         }
@@ -84,8 +82,7 @@ impl<'a> Clip<'a> {
         let interview = Interview::from_project(project)?;
         let size = picture_size(project, settings.files.at)?;
         let (files, encoding) = (&settings.files, &look.encoding);
-        let writer =
-            Writer::open(files, encoding, look.frames, size, &interview, part_folder, progress)?;
+        let writer = Writer::open(files, encoding, look.frames, size, &interview, part_folder, progress)?;
         let clip = Self {
             look,
             calibration,
@@ -142,12 +139,7 @@ impl<'a> Clip<'a> {
     }
 
     /// Predicts and lights a frame; None if it is not written.
-    pub fn relight_frame(
-        &mut self,
-        plan: &Plan,
-        frame: &Frame,
-        plate: Option<Plate>,
-    ) -> Result<Option<Made>> {
+    pub fn relight_frame(&mut self, plan: &Plan, frame: &Frame, plate: Option<Plate>) -> Result<Option<Made>> {
         let (index, scene) = (plan.frame, &plan.scene);
         let started = Instant::now();
         let (predicted, fine) = self.predictor.predict_fine(frame)?;
@@ -155,13 +147,8 @@ impl<'a> Clip<'a> {
         let field = self.encoder.encode(predicted, self.compute.passes())?;
         let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         let rig = &self.calibration.rig;
-        let (light, weights_ms) = EnvironmentLight::update(
-            &mut self.light,
-            &self.look.environment,
-            rig,
-            scene,
-            (&field, &frame.mask),
-        )?;
+        let (light, weights_ms) =
+            EnvironmentLight::update(&mut self.light, &self.look.environment, rig, scene, (&field, &frame.mask))?;
         self.uncovered_energy = light.weights().uncovered;
         let files = &self.look.settings.files;
         let by_light = plan.write && files.layers && files.exr.layers_by == LayersBy::Light;
@@ -179,11 +166,7 @@ impl<'a> Clip<'a> {
             extra: Extra {
                 plate: plate.as_ref(),
                 behind: behind.as_deref(),
-                identity: Identity {
-                    frame: index as u64,
-                    behind: number.unwrap_or_default(),
-                    ..Identity::default()
-                },
+                identity: Identity { frame: index as u64, behind: number.unwrap_or_default(), ..Identity::default() },
                 ..Extra::default()
             },
             ..light.on(&field, &frame.mask)
@@ -223,18 +206,9 @@ impl<'a> Clip<'a> {
 /// The subject under each lamp or light, and the compositor's sum over all: without background
 /// and without effects.
 /// `parts`: names and the lamps' weights of the lights; None for layers by lamp.
-fn light_layers(
-    scene: &Scene,
-    of: &Ingredients,
-    rig: &Rig,
-    parts: Option<&[NamedLight]>,
-) -> Result<LightLayers> {
-    let plain = Scene {
-        background: Background::None,
-        effects: Effects::default(),
-        output: Output::Linear,
-        ..scene.clone()
-    };
+fn light_layers(scene: &Scene, of: &Ingredients, rig: &Rig, parts: Option<&[NamedLight]>) -> Result<LightLayers> {
+    let plain =
+        Scene { background: Background::None, effects: Effects::default(), output: Output::Linear, ..scene.clone() };
     let factor = of.levels.subject * scene.exposure_stops.exp2();
     let scaled = |weight: &[f32; 3]| weight.map(|share| share * factor);
     let layers = match parts {
@@ -248,9 +222,9 @@ fn light_layers(
             LightLayers::new(of, LayersBy::Lamp, lamps)?
         }
         Some(parts) => {
-            let lights = parts.par_iter().map(|(name, per_lamp)| {
-                (name.clone(), per_lamp.iter().map(scaled).collect(), [1.0; 3])
-            });
+            let lights = parts
+                .par_iter()
+                .map(|(name, per_lamp)| (name.clone(), per_lamp.iter().map(scaled).collect(), [1.0; 3]));
             LightLayers::new(of, LayersBy::Light, lights)?
         }
     };

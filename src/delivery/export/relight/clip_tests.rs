@@ -63,10 +63,7 @@ impl Shot {
     }
 
     fn ingredients<'a>(&'a self, field: &'a Field, extra: Extra<'a>) -> Ingredients<'a> {
-        Ingredients {
-            extra,
-            ..Ingredients::new(field, &self.mask, &self.weights, &self.environment)
-        }
+        Ingredients { extra, ..Ingredients::new(field, &self.mask, &self.weights, &self.environment) }
     }
 }
 
@@ -106,11 +103,7 @@ fn check_by(scene: &Scene, of: &Ingredients, parts: Option<&[NamedLight]>) {
         add(&mut sum, rest, [1.0; 3]);
     }
     let of_all = missing(&sum, &picture);
-    assert!(
-        of_lamps <= 1.0 / 2048.0 && of_all <= 1.0 / 1024.0,
-        "{:?} {scene:?}: {of_lamps} {of_all}",
-        picture.size()
-    );
+    assert!(of_lamps <= 1.0 / 2048.0 && of_all <= 1.0 / 1024.0, "{:?} {scene:?}: {of_lamps} {of_all}", picture.size());
 }
 
 #[test]

@@ -26,11 +26,7 @@ use std::time::Instant;
 /// # Errors
 /// When a prerequisite is missing, a file cannot be read or written, or the user stops:
 /// finished stills are kept then, a movie is not.
-pub fn relight(
-    project: &Project,
-    settings: &RelightSettings,
-    progress: &Progress,
-) -> Result<RelightReport> {
+pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progress) -> Result<RelightReport> {
     run(project, settings, None, progress)
 }
 
@@ -93,9 +89,7 @@ fn run(
             let filmed = filmed.shown(settings.files.at);
             let plate = filmed.map(|filmed| Plate::from_filmed(filmed, &frame)).transpose()?;
             let made_of = match (&plan.made_of, &provenance) {
-                (None, Some(provenance)) if plan.write => {
-                    Some(provenance.frame(project, &plan.scene)?)
-                }
+                (None, Some(provenance)) if plan.write => Some(provenance.frame(project, &plan.scene)?),
                 (known, _) => known.clone(),
             };
             Ok((frame, plate, made_of))

@@ -16,11 +16,7 @@ impl RelightSettings {
     ///
     /// # Errors
     /// As [`find_environment`].
-    pub fn find_environment(
-        &self,
-        project: &Project,
-        progress: &Progress,
-    ) -> Result<(Arc<Environment>, Front)> {
+    pub fn find_environment(&self, project: &Project, progress: &Progress) -> Result<(Arc<Environment>, Front)> {
         let (environment, known) = match &self.read {
             Some(read) => (read.clone(), Front::default()),
             None => {
@@ -65,11 +61,7 @@ pub fn find_environment(
     let known = project.environments().into_iter().map(|known| known.name);
     let names: Vec<String> = known.chain(own).collect();
     Err(Error::missing(
-        format!(
-            "{} is neither a panorama file nor one of the environments {}",
-            wanted.display(),
-            names.join(", ")
-        ),
+        format!("{} is neither a panorama file nor one of the environments {}", wanted.display(), names.join(", ")),
         "Check the path",
     ))
 }

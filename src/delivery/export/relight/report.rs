@@ -41,12 +41,8 @@ impl RelightReport {
             0 => String::new(),
             kept => format!(" ({kept} existed already)"),
         };
-        let layers =
-            self.layers.as_ref().map_or(String::new(), |check| format!(". {}", check.sentence()));
+        let layers = self.layers.as_ref().map_or(String::new(), |check| format!(". {}", check.sentence()));
         let handed_over = handed_over(&self.hand_over);
-        format!(
-            "{frames}{kept} at {:.0} ms each: {}{layers}{handed_over}",
-            self.ms_per_frame, self.output
-        )
+        format!("{frames}{kept} at {:.0} ms each: {}{layers}{handed_over}", self.ms_per_frame, self.output)
     }
 }

@@ -124,9 +124,7 @@ impl RelightSettings {
     fn check_keys(&self) -> Result<()> {
         let mut lanes = self.look.animation.lanes();
         let lost = lanes.find(|(setting, _)| !setting.exists(&self.look.lighting));
-        let Some((lost, _)) = lost else {
-            return Ok(());
-        };
+        let Some((lost, _)) = lost else { return Ok(()) };
         if let Setting::Group(_) = lost {
             return Err(Error::missing(
                 format!("{lost} has keys, but there is no such group of lights"),
@@ -138,10 +136,7 @@ impl RelightSettings {
         Err(Error::missing(
             match &numbers[..] {
                 [] => format!("{lost} has keys, but there is no light"),
-                _ => format!(
-                    "{lost} has keys, but the lights have the numbers {}",
-                    numbers.join(", ")
-                ),
+                _ => format!("{lost} has keys, but the lights have the numbers {}", numbers.join(", ")),
             },
             "Add the light, or remove its keys",
         ))
@@ -151,9 +146,7 @@ impl RelightSettings {
 /// First and last frame, such as `5-12`, or one frame.
 fn range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
-    let number = |s: &str| {
-        s.trim().parse::<usize>().map_err(|e| format!("{s:?} is not a frame number: {e}"))
-    };
+    let number = |s: &str| s.trim().parse::<usize>().map_err(|e| format!("{s:?} is not a frame number: {e}"));
     let (from, to) = (number(from)?, number(to)?);
     if from <= to { Ok((from, to)) } else { Err(format!("{from} comes after {to}")) }
 }

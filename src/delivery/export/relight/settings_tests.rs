@@ -78,12 +78,8 @@ fn all_settings_come_back_from_a_file_as_they_were() {
     );
     all.look.lighting.number_lights();
     all.look.lighting.placed[1].group = "rim".to_owned();
-    all.look.lighting.groups = vec![light::LightGroup {
-        name: "rim".to_owned(),
-        id: 1,
-        gain_stops: -1.3,
-        ..light::LightGroup::default()
-    }];
+    all.look.lighting.groups =
+        vec![light::LightGroup { name: "rim".to_owned(), id: 1, gain_stops: -1.3, ..light::LightGroup::default() }];
     assert_eq!(all.look.background, Background::Color([16, 32, 48]));
     let mut lanes = vec![Setting::Yaw, Setting::Exposure, Setting::Tint];
     lanes.extend(STRENGTHS.iter().map(|strength| Setting::Effect(strength.pass)));

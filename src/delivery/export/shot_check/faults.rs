@@ -74,14 +74,9 @@ type Whole<'a> = [(&'a Frame, &'a Content)];
 impl Findings {
     /// Finds missing and duplicate frame numbers.
     fn numbers(&mut self, frames: &[Frame], numbered: bool, settings: &Requirements) {
-        let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
-            return;
-        };
+        let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return };
         if !numbered {
-            self.remark(
-                "numbers",
-                "The file name has no frame number: missing frames were not checked",
-            );
+            self.remark("numbers", "The file name has no frame number: missing frames were not checked");
             return;
         }
         let (from, to) = settings.frames.unwrap_or((first.number, last.number));
@@ -131,10 +126,8 @@ impl Findings {
         });
         let same: BTreeSet<i64> = same.map(|pair| pair[1].0.number).collect();
         if !same.is_empty() {
-            let sentence = format!(
-                "same picture as the frame before: {} (if intended, use --allow-repeats)",
-                spans(&same)
-            );
+            let sentence =
+                format!("same picture as the frame before: {} (if intended, use --allow-repeats)", spans(&same));
             self.fault("repeated", same, sentence);
         }
     }
@@ -165,8 +158,7 @@ impl Findings {
         let without = whole.iter().filter(|pair| !has(pair));
         let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();
         if !without.is_empty() {
-            let sentence =
-                format!("light layers are missing in {}; {with} frames have them", spans(&without));
+            let sentence = format!("light layers are missing in {}; {with} frames have them", spans(&without));
             self.fault("layers", without, sentence);
         }
         let mut inexact = BTreeSet::new();
@@ -200,8 +192,7 @@ impl Findings {
         for (frame, content) in whole {
             let gone = content.beside.iter().find(|file| file.c4.is_empty());
             if let Some(gone) = gone {
-                let sentence =
-                    format!("cannot read {}, which {} needs", gone.name, frame.file.name);
+                let sentence = format!("cannot read {}, which {} needs", gone.name, frame.file.name);
                 self.fault("layers", [frame.number], sentence);
             }
         }
@@ -211,19 +202,16 @@ impl Findings {
         let mut seen = BTreeSet::new();
         let mut outside = BTreeSet::new();
         for (frame, content) in whole {
-            let ([x, y, width, height], [left, top, columns, rows]) =
-                (content.data_window, content.display_window);
+            let ([x, y, width, height], [left, top, columns, rows]) = (content.data_window, content.display_window);
             seen.insert(content.data_window);
             // The file stores the data window's corner relative to the display window.
-            let fits =
-                x >= left && y >= top && x + width <= left + columns && y + height <= top + rows;
+            let fits = x >= left && y >= top && x + width <= left + columns && y + height <= top + rows;
             if !fits {
                 outside.insert(frame.number);
             }
         }
         if !outside.is_empty() {
-            let sentence =
-                format!("the data window extends beyond the picture in {}", spans(&outside));
+            let sentence = format!("the data window extends beyond the picture in {}", spans(&outside));
             self.fault("data_window", outside, sentence);
         } else if seen.len() > 1 {
             self.remark(
@@ -242,23 +230,14 @@ impl Findings {
         let other: BTreeSet<i64> = other.map(|(frame, _)| frame.number).collect();
         let found = whole.iter().find(|(frame, _)| other.contains(&frame.number));
         if let Some((_, content)) = found {
-            let sentence = format!(
-                "the header has {} instead of {asked} in {}",
-                rate_words(content.rate),
-                spans(&other)
-            );
+            let sentence =
+                format!("the header has {} instead of {asked} in {}", rate_words(content.rate), spans(&other));
             self.fault("rate", other, sentence);
         }
     }
 
     /// Compares the frames. The most frequent value counts as right; frames with another value are named.
-    fn alike(
-        &mut self,
-        whole: &Whole,
-        kind: &'static str,
-        what: &str,
-        words: impl Fn(&Content) -> String,
-    ) {
+    fn alike(&mut self, whole: &Whole, kind: &'static str, what: &str, words: impl Fn(&Content) -> String) {
         let mut groups: HashMap<String, Vec<i64>> = HashMap::new();
         for (frame, content) in whole {
             groups.entry(words(content)).or_default().push(frame.number);
@@ -270,8 +249,7 @@ impl Findings {
         for (found, numbers) in others {
             let numbers: BTreeSet<i64> = numbers.iter().copied().collect();
             let [found, usual] = difference(found, usual);
-            let sentence =
-                format!("{what}: {found} in {}; {usual} in most frames", spans(&numbers));
+            let sentence = format!("{what}: {found} in {}; {usual} in most frames", spans(&numbers));
             self.fault(kind, numbers, sentence);
         }
     }
@@ -306,10 +284,7 @@ impl Findings {
         let moved = offsets.iter().filter(|(_, offset)| *offset != usual);
         let moved: BTreeSet<i64> = moved.map(|(number, _)| *number).collect();
         if !moved.is_empty() {
-            let sentence = format!(
-                "the frame number in the header differs from the file name in {}",
-                spans(&moved)
-            );
+            let sentence = format!("the frame number in the header differs from the file name in {}", spans(&moved));
             self.fault("order", moved, sentence);
         }
     }

@@ -31,12 +31,7 @@ pub(super) struct Findings {
 }
 
 impl Findings {
-    pub fn fault(
-        &mut self,
-        kind: &'static str,
-        frames: impl IntoIterator<Item = i64>,
-        sentence: String,
-    ) {
+    pub fn fault(&mut self, kind: &'static str, frames: impl IntoIterator<Item = i64>, sentence: String) {
         let frames: BTreeSet<i64> = frames.into_iter().collect();
         self.faults.push(Fault { kind: kind.to_owned(), frames: spans(&frames), sentence });
     }

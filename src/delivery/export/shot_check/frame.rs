@@ -136,18 +136,9 @@ impl Content {
                 window.size.width() as i64,
                 window.size.height() as i64,
             ],
-            data_window: [
-                i64::from(at.x()),
-                i64::from(at.y()),
-                first.size.width() as i64,
-                first.size.height() as i64,
-            ],
+            data_window: [i64::from(at.x()), i64::from(at.y()), first.size.width() as i64, first.size.height() as i64],
             channels: channels(&image),
-            color: Color {
-                chromaticities,
-                interop_id: text("colorInteropID"),
-                alpha: text("alpha"),
-            },
+            color: Color { chromaticities, interop_id: text("colorInteropID"), alpha: text("alpha") },
             rate: first.attributes.frames_per_second,
             time_code: image.attributes.time_code,
             provenance: text(PROVENANCE),
@@ -176,8 +167,8 @@ impl Color {
         let named = all.into_iter().find(|space| interop_id(*space) == id)?;
         let primaries = named.primaries();
         let wanted = [primaries.red, primaries.green, primaries.blue, primaries.white];
-        let is_other = (found.iter().zip(wanted.as_flattened()))
-            .any(|(a, b)| a.is_nan() || (f64::from(*a) - b).abs() > 1e-4);
+        let is_other =
+            (found.iter().zip(wanted.as_flattened())).any(|(a, b)| a.is_nan() || (f64::from(*a) - b).abs() > 1e-4);
         is_other.then(|| format!("named {id}, but its chromaticities belong to another space"))
     }
 
@@ -210,11 +201,7 @@ fn hashes(path: &Path, names: &[String]) -> Vec<FileHash> {
 
 /// C4 ID of all channels: their names and their samples, as stored in memory.
 fn hash_of(image: &FlatImage) -> String {
-    fn update<T: Copy, const N: usize>(
-        hash: &mut Sha512,
-        values: &[T],
-        bytes: impl Fn(T) -> [u8; N],
-    ) {
+    fn update<T: Copy, const N: usize>(hash: &mut Sha512, values: &[T], bytes: impl Fn(T) -> [u8; N]) {
         for values in values.chunks(CHUNK) {
             let bytes: Vec<u8> = values.iter().flat_map(|v| bytes(*v)).collect();
             hash.update(bytes);

@@ -192,8 +192,7 @@ impl History {
                 history.edited.push(format!("{} is in the chain, but missing", link.path));
                 continue;
             }
-            let (_, found) =
-                c4_of_file(&path, MOST_BYTES).map_err(|e| Error::io("read", &path, e, REMEDY))?;
+            let (_, found) = c4_of_file(&path, MOST_BYTES).map_err(|e| Error::io("read", &path, e, REMEDY))?;
             if found != link.c4 {
                 let sentence = format!("{}: hash mismatch: damaged or edited", link.path);
                 history.edited.push(sentence);
@@ -202,9 +201,7 @@ impl History {
             for entry in list.hashes.entries {
                 let Entry::File(entry) = entry else { continue };
                 let inside = Path::new(&entry.path.path).components();
-                if !inside.clone().all(|part| matches!(part, Component::Normal(_)))
-                    || inside.count() == 0
-                {
+                if !inside.clone().all(|part| matches!(part, Component::Normal(_))) || inside.count() == 0 {
                     let outside = format!("{} leads out of the folder", entry.path.path);
                     history.edited.push(format!("{}: {outside}", link.path));
                     continue;
@@ -253,11 +250,7 @@ impl History {
 
     /// Faults of the lists, and of files that are missing, unreadable or changed: at most one for each file.
     pub fn faults(&self, root: &Path, found: &BTreeMap<String, Found>) -> Vec<Fault> {
-        let fault = |kind: &str, frames: String, sentence: String| Fault {
-            kind: kind.to_owned(),
-            frames,
-            sentence,
-        };
+        let fault = |kind: &str, frames: String, sentence: String| Fault { kind: kind.to_owned(), frames, sentence };
         let of_file = |path: &String, kind: &str, said: &str| {
             let name = path.rsplit('/').next().and_then(frame_number);
             let frame = name.map_or(String::new(), |number| number.to_string());
@@ -266,9 +259,7 @@ impl History {
         let edited = self.edited.iter().map(|said| fault("hash_list", String::new(), said.clone()));
         let listed = self.files.iter().filter_map(|(path, known)| match found.get(path) {
             None => Some(of_file(path, "missing", "is missing")),
-            Some(Found { c4: Ok(found), .. })
-                if known.c4.as_ref().is_some_and(|c4| c4 != found) =>
-            {
+            Some(Found { c4: Ok(found), .. }) if known.c4.as_ref().is_some_and(|c4| c4 != found) => {
                 let (kind, said) = changed(&root.join(path), known);
                 Some(of_file(path, kind, &said))
             }
@@ -296,9 +287,8 @@ impl History {
         let entries = found.iter().map(|(path, file)| {
             let action = if self.lists(path) { "verified" } else { "original" };
             let modified = root.join(path).metadata().and_then(|data| data.modified()).ok();
-            let modified = modified.filter(|time| {
-                time.duration_since(UNIX_EPOCH).is_ok_and(|since| since.as_secs() < LAST_DATE)
-            });
+            let modified =
+                modified.filter(|time| time.duration_since(UNIX_EPOCH).is_ok_and(|since| since.as_secs() < LAST_DATE));
             Entry::File(FileEntry {
                 path: EntryPath {
                     size: Some(file.bytes),
@@ -320,10 +310,7 @@ impl History {
             creatorinfo: Creator {
                 creationdate: now.clone(),
                 hostname: project::host_name().unwrap_or_else(|| "unknown".to_owned()),
-                tool: Tool {
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
-                    name: "Afterlight".to_owned(),
-                },
+                tool: Tool { version: env!("CARGO_PKG_VERSION").to_owned(), name: "Afterlight".to_owned() },
             },
             processinfo: Process {
                 process: "in-place".to_owned(),
@@ -361,10 +348,7 @@ pub(super) fn files(root: &Path) -> Result<Vec<String>> {
         for entry in std::fs::read_dir(&folder).map_err(fail)? {
             let entry = entry.map_err(fail)?;
             let name = entry.file_name().into_string().map_err(|name| {
-                Error::invalid(
-                    format!("the name {} is not UTF-8", name.display()),
-                    "Rename the file",
-                )
+                Error::invalid(format!("the name {} is not UTF-8", name.display()), "Rename the file")
             })?;
             let path = if inside.is_empty() { name } else { format!("{inside}/{name}") };
             let kind = entry.file_type().map_err(fail)?;
@@ -408,14 +392,11 @@ pub(super) fn hash_files(
 /// Kind of change and its message: a changed picture, or the same picture in changed bytes.
 fn changed(path: &Path, known: &Known) -> (&'static str, String) {
     let bytes = ("changed", "differs in its bytes".to_owned());
-    let Some(pixels) = known.pixels.as_ref().filter(|_| has_extension(path, "exr")) else {
-        return bytes;
-    };
+    let Some(pixels) = known.pixels.as_ref().filter(|_| has_extension(path, "exr")) else { return bytes };
     match Frame::read(path, 0, "").picture {
         Ok(content) if content.pixels == *pixels => (
             "changed",
-            "differs in its bytes, with the same picture: its header or its compression was changed"
-                .to_owned(),
+            "differs in its bytes, with the same picture: its header or its compression was changed".to_owned(),
         ),
         Ok(_) => ("changed", "has a different picture".to_owned()),
         Err(said) => ("unreadable", format!("is damaged: {said}")),

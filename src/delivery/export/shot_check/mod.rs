@@ -106,12 +106,10 @@ impl ShotReport {
     }
 
     fn from_frames(shot: &Shot, frames: &[Frame], found: Findings) -> Self {
-        let whole: Vec<(i64, &Content)> = (frames.iter())
-            .filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?)))
-            .collect();
+        let whole: Vec<(i64, &Content)> =
+            (frames.iter()).filter_map(|frame| Some((frame.number, frame.picture.as_ref().ok()?))).collect();
         let first = whole.first().map(|(_, content)| *content);
-        let code =
-            |of: Option<&(i64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
+        let code = |of: Option<&(i64, &Content)>| of.and_then(|(_, c)| c.time_code).map(time::words);
         let layers = whole.iter().filter_map(|(number, content)| {
             let rebuild = content.layers.as_ref()?.as_ref().ok()?;
             Some(ShotLayers {
@@ -138,9 +136,7 @@ impl ShotReport {
             frames: ends,
             size: first.map(|content| [content.display_window[2], content.display_window[3]]),
             rate: first.and_then(|content| content.rate),
-            time_code: code(whole.first())
-                .zip(code(whole.last()))
-                .map(|(first, last)| [first, last]),
+            time_code: code(whole.first()).zip(code(whole.last())).map(|(first, last)| [first, last]),
             color: first.and_then(|content| content.color.interop_id.clone()),
             layers: layers.max_by(|a, b| a.residual.total_cmp(&b.residual)),
             made_of: made_of.unwrap_or_default(),
@@ -160,14 +156,9 @@ impl ShotReport {
         parts.extend(self.size.map(|[width, height]| format!("{width} × {height}")));
         parts.extend(self.color.clone());
         parts.extend(self.rate.map(|rate| rate_words(Some(rate))));
-        parts.extend(
-            (self.time_code.as_ref()).map(|[from, to]| format!("time code {from} to {to}")),
-        );
+        parts.extend((self.time_code.as_ref()).map(|[from, to]| format!("time code {from} to {to}")));
         parts.extend(self.layers.map(|found| {
-            format!(
-                "{} light layers that rebuild the picture to within {:.1e}",
-                found.layers, found.residual
-            )
+            format!("{} light layers that rebuild the picture to within {:.1e}", found.layers, found.residual)
         }));
         let verdict = match self.faults.len() {
             0 => "no faults".to_owned(),

@@ -20,9 +20,7 @@ const MOST_READERS: usize = 16;
 /// When the user stops.
 pub(super) fn frames(shot: &Shot, progress: &Progress) -> Result<Vec<Frame>> {
     let read = |(number, name): &(i64, String)| Frame::read(&shot.path(name), *number, name);
-    let Some((first, rest)) = shot.files.split_first() else {
-        return Ok(Vec::new());
-    };
+    let Some((first, rest)) = shot.files.split_first() else { return Ok(Vec::new()) };
     progress.step(STAGE, 0, shot.files.len() as u64, "");
     let first = read(first);
     let needs = first.picture.as_ref().map_or(USUAL, |content| content.memory);

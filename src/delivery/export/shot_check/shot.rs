@@ -34,12 +34,9 @@ impl Shot {
     /// # Errors
     /// When no such files exist, or they belong to several shots.
     pub fn find(named: &[PathBuf]) -> Result<Self> {
-        let missing = |path: &Path, what: &str| {
-            Error::missing(format!("there is no {what} {}", path.display()), REMEDY)
-        };
-        let Some(first) = named.first() else {
-            return Err(Error::missing("no file was given", REMEDY));
-        };
+        let missing =
+            |path: &Path, what: &str| Error::missing(format!("there is no {what} {}", path.display()), REMEDY);
+        let Some(first) = named.first() else { return Err(Error::missing("no file was given", REMEDY)) };
         let names: Vec<String>;
         let folder: PathBuf;
         let mut wanted = None;
@@ -77,9 +74,7 @@ impl Shot {
                 None => numbered(name),
             };
             match found {
-                Some((around, number)) => {
-                    shots.entry(around).or_default().push((number, (*name).to_owned()))
-                }
+                Some((around, number)) => shots.entry(around).or_default().push((number, (*name).to_owned())),
                 None if wanted.is_none() => plain.push((*name).to_owned()),
                 None => (),
             }
@@ -100,13 +95,7 @@ impl Shot {
         }
         let Some(((before, after), mut files)) = shots.pop_first() else {
             let files: Vec<_> = (0..).zip(plain).collect();
-            return Ok(Self {
-                folder,
-                pattern: files[0].1.clone(),
-                files,
-                numbered: false,
-                unfinished: Vec::new(),
-            });
+            return Ok(Self { folder, pattern: files[0].1.clone(), files, numbered: false, unfinished: Vec::new() });
         };
         files.sort();
         Ok(Self {
@@ -131,8 +120,7 @@ impl Shot {
 pub fn names_frames(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if path.is_dir() {
-        !path.join("project.toml").exists()
-            && list(path).is_ok_and(|names| names.iter().any(|name| is_exr(&&**name)))
+        !path.join("project.toml").exists() && list(path).is_ok_and(|names| names.iter().any(|name| is_exr(&&**name)))
     } else {
         is_exr(&&*name)
     }
@@ -194,8 +182,7 @@ fn numbered(name: &str) -> Option<(Around, i64)> {
     let (stem, _) = name.rsplit_once('.')?;
     let before = stem.trim_end_matches(|c: char| c.is_ascii_digit());
     let digits = &stem[before.len()..];
-    let unsigned =
-        before.strip_suffix('-').filter(|before| !digits.is_empty() && takes_sign(before));
+    let unsigned = before.strip_suffix('-').filter(|before| !digits.is_empty() && takes_sign(before));
     let before = unsigned.unwrap_or(before);
     let number = stem[before.len()..].parse().ok()?;
     Some(((before.to_owned(), name[stem.len()..].to_owned()), number))
@@ -215,9 +202,7 @@ fn is_layer(name: &str, all: &BTreeSet<&str>) -> bool {
             let (before, after) = (&name[..at], &name[at + layer.len()..]);
             [format!("{}{after}", before.trim_end_matches('.')), format!("{before}{after}")]
         });
-        pieces.flatten().any(|picture| {
-            all.contains(&*picture) && beside(Path::new(&picture), layer) == Path::new(name)
-        })
+        pieces.flatten().any(|picture| all.contains(&*picture) && beside(Path::new(&picture), layer) == Path::new(name))
     })
 }
 
@@ -247,10 +232,7 @@ mod tests {
             std::fs::write(folder.join(name), "").unwrap();
         }
         let whole = found(folder, &[""]).unwrap();
-        assert_eq!(
-            whole.files,
-            [(9, "shot.0009.exr".to_owned()), (10, "shot.0010.exr".to_owned())]
-        );
+        assert_eq!(whole.files, [(9, "shot.0009.exr".to_owned()), (10, "shot.0010.exr".to_owned())]);
         assert_eq!((&*whole.pattern, whole.numbered), ("shot.####.exr", true));
         assert_eq!(whole.unfinished.len(), 1);
         for pattern in ["shot.%04d.exr", "shot.####.exr", "shot.%d.exr"] {

@@ -1,9 +1,7 @@
 use super::super::colors::Encoding;
 use super::super::layers::{LightLayer, LightLayers};
 use super::super::still::tests::{about, picture};
-use super::super::{
-    About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still,
-};
+use super::super::{About, Bits, ExrCompression, LayerFiles, OutputSpace, Samples, TimeCode, write_still};
 use super::hash::{c4, c4_of_file};
 use super::*;
 use base::error::Error;
@@ -82,8 +80,7 @@ fn kinds(faults: &[Fault]) -> Vec<&str> {
 fn a_whole_shot_is_described() {
     let folder = tempfile::tempdir().unwrap();
     whole_shot(folder.path());
-    let asked =
-        Requirements { frames: Some((1, FRAMES)), rate: Some(24.0), ..Requirements::default() };
+    let asked = Requirements { frames: Some((1, FRAMES)), rate: Some(24.0), ..Requirements::default() };
     let found = checked(folder.path(), &asked);
     assert!(found.passed, "{:?}", found.faults);
     assert!(found.remarks.is_empty(), "{:?}", found.remarks);
@@ -147,20 +144,15 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         ("time_code", "frame 4 has 01:00:01:03 instead of 01:00:01:02", |f| {
             fourth(f, |t| t.about.time_code = t.about.time_code.plus(1));
         }),
-        ("rate", "the frame rate: 25 frames a second in 4", |f| {
-            fourth(f, |t| t.about.frame_rate = 25.0)
-        }),
+        ("rate", "the frame rate: 25 frames a second in 4", |f| fourth(f, |t| t.about.frame_rate = 25.0)),
         ("color", "lin_ap1_scene", |f| {
-            let aces: &'static Encoding =
-                Box::leak(Box::new(Encoding::open(Some(OutputSpace::Acescg), None).unwrap()));
+            let aces: &'static Encoding = Box::leak(Box::new(Encoding::open(Some(OutputSpace::Acescg), None).unwrap()));
             fourth(f, |t| t.about.encoding = aces);
         }),
         ("size", "the size: 9 × 5 pixels from 0, 0 in 4", |f| {
             fourth(f, |t| (t.picture, t.layers) = (picture(9, 5, [0.5; 3], true), None));
         }),
-        ("channels", "the channels: A float", |f| {
-            fourth(f, |t| t.about.exr.samples = Samples::Float)
-        }),
+        ("channels", "the channels: A float", |f| fourth(f, |t| t.about.exr.samples = Samples::Float)),
         ("provenance", "provenance (checkpoint): x in 4; b in most frames", |f| {
             fourth(f, |t| t.made_of = t.made_of.replace("checkpoint=b", "checkpoint=x"));
         }),
@@ -185,10 +177,7 @@ fn each_harm_to_a_shot_is_named_with_its_frame() {
         found.list_hashes(&Progress::silent()).unwrap();
         assert_eq!(found.hash_list, None);
         assert!(!folder.path().join("ascmhl").exists());
-        let fault = found
-            .faults
-            .iter()
-            .find(|fault| fault.kind == kind && (fault.sentence.contains(wanted)));
+        let fault = found.faults.iter().find(|fault| fault.kind == kind && (fault.sentence.contains(wanted)));
         assert!(fault.is_some(), "{kind} {wanted}: {:?}", found.faults);
     }
     test_support::shown!(Strangers, "A shot for delivery with missing, duplicate or truncated frames, or frames of another look",

@@ -11,11 +11,7 @@ const NAMED: usize = 3;
 
 /// Adds faults of the time codes. A gap in the frame numbers is a gap in the time codes, too. `required_rate` is in frames per
 /// second; without one the rate in the headers counts.
-pub(super) fn time_codes(
-    found: &mut Findings,
-    whole: &[(&Frame, &Content)],
-    required_rate: Option<f64>,
-) {
+pub(super) fn time_codes(found: &mut Findings, whole: &[(&Frame, &Content)], required_rate: Option<f64>) {
     let without = whole.iter().filter(|(_, content)| content.time_code.is_none());
     let without: BTreeSet<i64> = without.map(|(frame, _)| frame.number).collect();
     if without.len() == whole.len() {
@@ -41,13 +37,10 @@ pub(super) fn time_codes(
     let mut starts: Vec<TimeCode> = Vec::new();
     let mut start_number = 0;
     for (frame, content) in whole {
-        let Some(code) = content.time_code else {
-            continue;
-        };
+        let Some(code) = content.time_code else { continue };
         let ahead = frame.number.saturating_sub(start_number).max(0) as usize;
-        let follows: Vec<TimeCode> = (starts.iter().copied())
-            .filter(|start| is_same(start.plus(ahead).into(), code))
-            .collect();
+        let follows: Vec<TimeCode> =
+            (starts.iter().copied()).filter(|start| is_same(start.plus(ahead).into(), code)).collect();
         if follows.is_empty() {
             if let Some(start) = starts.first() {
                 let wanted: attribute::TimeCode = start.plus(ahead).into();
@@ -66,13 +59,10 @@ pub(super) fn time_codes(
         return;
     }
     let numbers: BTreeSet<i64> = jumps.iter().map(|(number, ..)| *number).collect();
-    let named = jumps
-        .iter()
-        .take(NAMED)
-        .map(|(number, is, wanted)| format!("frame {number} has {is} instead of {wanted}"));
+    let named =
+        jumps.iter().take(NAMED).map(|(number, is, wanted)| format!("frame {number} has {is} instead of {wanted}"));
     let named: Vec<String> = named.collect();
-    let sentence =
-        format!("the time code does not step by one at {}: {}", spans(&numbers), named.join("; "));
+    let sentence = format!("the time code does not step by one at {}: {}", spans(&numbers), named.join("; "));
     found.fault("time_code", numbers, sentence);
 }
 
@@ -82,9 +72,7 @@ pub(super) fn rate_of((frames, seconds): (i32, u32)) -> Option<f64> {
 }
 
 fn is_same(a: attribute::TimeCode, b: attribute::TimeCode) -> bool {
-    let fields = |t: attribute::TimeCode| {
-        (t.hours, t.minutes, t.seconds, t.frame, t.field_phase, t.drop_frame)
-    };
+    let fields = |t: attribute::TimeCode| (t.hours, t.minutes, t.seconds, t.frame, t.field_phase, t.drop_frame);
     fields(a) == fields(b)
 }
 

@@ -41,8 +41,7 @@ impl Verification {
             )
         })?;
         let history = History::read(root)?;
-        let (listed, new): (Vec<_>, Vec<_>) =
-            files(root)?.into_iter().partition(|path| history.lists(path));
+        let (listed, new): (Vec<_>, Vec<_>) = files(root)?.into_iter().partition(|path| history.lists(path));
         let found = hash_files(root, listed, |path| history.length(path), progress)?;
         let faults = history.faults(root, &found);
         let mut remarks = Vec::new();

@@ -62,8 +62,7 @@ impl Fault {
             }
             Kind::Disordered => format!("{place}: the OLATs are not in the lamps' order"),
             Kind::Mirrored if all => {
-                "The lamps' directions are mirrored: lamps on the left light the subject from the right"
-                    .to_owned()
+                "The lamps' directions are mirrored: lamps on the left light the subject from the right".to_owned()
             }
             Kind::Mirrored => format!("{place}: the OLATs are mirrored left to right"),
             Kind::UpsideDown if all => {
@@ -78,10 +77,8 @@ impl Fault {
         let name = |lamp: usize| lamps[lamp].name.clone();
         let all = self.poses.len() == poses.len();
         let pose = if all { &[][..] } else { &self.poses };
-        let none = LampSettings {
-            pose: pose.iter().map(|&pose| poses[pose].to_owned()).collect(),
-            ..LampSettings::default()
-        };
+        let none =
+            LampSettings { pose: pose.iter().map(|&pose| poses[pose].to_owned()).collect(), ..LampSettings::default() };
         Some(match self.kind {
             Kind::Black(lamp) => LampSettings { leave_out: vec![name(lamp)], ..none },
             Kind::Exchanged(a, b) => LampSettings { exchange: vec![[name(a), name(b)]], ..none },
@@ -109,12 +106,8 @@ impl Kind {
                 "Look for a missing or extra picture in this pose, or shift its OLATs by one lamp"
             }
             Self::Disordered => "Name the OLATs like the balls or the list, and import again",
-            Self::Mirrored | Self::UpsideDown if all => {
-                "Mirror the photographs of the balls, or the list"
-            }
-            Self::Mirrored | Self::UpsideDown => {
-                "Flip the pictures of this pose, and calibrate again"
-            }
+            Self::Mirrored | Self::UpsideDown if all => "Mirror the photographs of the balls, or the list",
+            Self::Mirrored | Self::UpsideDown => "Flip the pictures of this pose, and calibrate again",
         }
     }
 }

@@ -21,11 +21,9 @@ pub struct Shading {
 impl Shading {
     /// The shading of a pose from its small OLATs.
     pub fn from_olats(olats: &[Image], mask: &Mask) -> Self {
-        let inside: Vec<usize> =
-            (0..mask.pixels.len()).filter(|&i| mask.pixels[i] > INSIDE).collect();
+        let inside: Vec<usize> = (0..mask.pixels.len()).filter(|&i| mask.pixels[i] > INSIDE).collect();
         let value = |olat: &Image, i: usize| f64::from(luminance(olat.pixels[i]).max(0.0));
-        let values: Vec<Vec<f64>> =
-            olats.iter().map(|olat| inside.iter().map(|&i| value(olat, i)).collect()).collect();
+        let values: Vec<Vec<f64>> = olats.iter().map(|olat| inside.iter().map(|&i| value(olat, i)).collect()).collect();
         let place = |i: usize| DVec2::new((i % mask.width) as f64, -((i / mask.width) as f64));
         let places = values.iter().map(|values| {
             let sum: DVec2 = inside.iter().zip(values).map(|(&i, v)| *v * place(i)).sum();
@@ -33,10 +31,7 @@ impl Shading {
         });
         let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
         Self {
-            products: values
-                .iter()
-                .flat_map(|a| values.iter().map(move |b| product(a, b)))
-                .collect(),
+            products: values.iter().flat_map(|a| values.iter().map(move |b| product(a, b))).collect(),
             light: values.iter().map(mean).collect(),
             places: places.collect(),
         }
@@ -54,8 +49,7 @@ impl Shading {
     pub fn lit_by(&self, lamps: &[usize], energies: &[f64]) -> Self {
         let all = self.light.len();
         let some = || lamps.iter().zip(energies);
-        let products = some()
-            .flat_map(|(i, a)| some().map(move |(j, b)| self.products[i * all + j] / (a * b)));
+        let products = some().flat_map(|(i, a)| some().map(move |(j, b)| self.products[i * all + j] / (a * b)));
         Self {
             products: products.collect(),
             light: some().map(|(&i, energy)| self.light[i] / energy).collect(),

@@ -46,9 +46,8 @@ pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
     let lamps = &calibration.rig.lamps;
     let poses: Vec<&Shading> = pictures.poses.iter().map(|pose| &pose.shading).collect();
     let Some(faults) = faults(lamps, &poses) else {
-        let sentence = format!(
-            "OLATs not compared with the lamps' directions: needs {FEWEST} lamps and the poses' mattes"
-        );
+        let sentence =
+            format!("OLATs not compared with the lamps' directions: needs {FEWEST} lamps and the poses' mattes");
         return Check::new(Subject::Shading, Level::Unknown, sentence)
             .remedy("Photograph more lamps, and check the mattes");
     };
@@ -60,14 +59,11 @@ pub(super) fn check(pictures: &Pictures, calibration: &Calibration) -> Check {
 fn judged(faults: &[Fault], lamps: &[Lamp], poses: &[&str]) -> Check {
     const MOST: usize = 4;
     let Some(first) = faults.first() else {
-        let sentence = format!(
-            "The subject's shading in {} agrees with the lamps' directions",
-            counted(poses.len(), "pose")
-        );
+        let sentence =
+            format!("The subject's shading in {} agrees with the lamps' directions", counted(poses.len(), "pose"));
         return Check::new(Subject::Shading, Level::Good, sentence);
     };
-    let mut sentences: Vec<String> =
-        faults.iter().take(MOST).map(|fault| fault.sentence(lamps, poses)).collect();
+    let mut sentences: Vec<String> = faults.iter().take(MOST).map(|fault| fault.sentence(lamps, poses)).collect();
     if let more @ 1.. = faults.len().saturating_sub(MOST) {
         sentences.push(format!("{more} more"));
     }
@@ -86,10 +82,8 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
     if order.len() < FEWEST || poses.is_empty() {
         return None;
     }
-    let directions: Vec<DVec3> =
-        order.iter().map(|&lamp| lamps[lamp].direction.as_dvec3()).collect();
-    let energies: Vec<f64> =
-        order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
+    let directions: Vec<DVec3> = order.iter().map(|&lamp| lamps[lamp].direction.as_dvec3()).collect();
+    let energies: Vec<f64> = order.iter().map(|&lamp| f64::from(luminance(lamps[lamp].energy))).collect();
     let given: Vec<Shading> = poses.iter().map(|pose| pose.lit_by(&order, &energies)).collect();
     let is_lit = |pose: &Shading| pose.light.iter().sum::<f64>() > 0.0;
     if !given.iter().all(is_lit) {
@@ -108,14 +102,8 @@ fn faults(lamps: &[Lamp], poses: &[&Shading]) -> Option<Vec<Fault>> {
     // A weak lamp in the place of a strong one looks black, until they are exchanged.
     let usual = black(&given, &kernel);
     let count = |black: &[Vec<bool>]| black.concat().iter().filter(|black| **black).count();
-    let lit = ordered(
-        &given
-            .iter()
-            .map(|pose| pose.relative().map(|l| l < NOTHING).collect())
-            .collect::<Vec<_>>(),
-    );
-    let (mut faults, sorted) =
-        if count(&black(&lit.1, &kernel)) < count(&usual) { lit } else { ordered(&usual) };
+    let lit = ordered(&given.iter().map(|pose| pose.relative().map(|l| l < NOTHING).collect()).collect::<Vec<_>>());
+    let (mut faults, sorted) = if count(&black(&lit.1, &kernel)) < count(&usual) { lit } else { ordered(&usual) };
     if !faults.iter().any(|fault| fault.kind == Kind::Disordered) {
         let black = black(&sorted, &kernel);
         faults.extend(mirrored(&directions, &sorted, &black));
@@ -151,8 +139,7 @@ fn black(poses: &[Shading], kernel: &Kernel) -> Vec<Vec<bool>> {
         let limit = if hidden[lamp] { BLACK_HIDDEN } else { BLACK };
         shares.iter().all(|shares| shares[lamp] < limit)
     };
-    let is_dark =
-        |pose: usize, lamp: usize| relative[pose][lamp] < if hidden[lamp] { NOTHING } else { DARK };
+    let is_dark = |pose: usize, lamp: usize| relative[pose][lamp] < if hidden[lamp] { NOTHING } else { DARK };
     (0..poses.len())
         .map(|pose| {
             let beside = |lamp: usize| {
@@ -183,8 +170,7 @@ fn mirrored(directions: &[DVec3], poses: &[Shading], black: &[Vec<bool>]) -> Vec
     let along = |axis: usize| -> Vec<f64> {
         (poses.iter().zip(black))
             .map(|(pose, black)| {
-                let lit =
-                    (0..directions.len()).filter(|&i| !black[i] && pose.places[i].is_finite());
+                let lit = (0..directions.len()).filter(|&i| !black[i] && pose.places[i].is_finite());
                 correlation(lit.map(|i| DVec2::new(directions[i][axis], pose.places[i][axis])))
             })
             .collect()

@@ -73,8 +73,7 @@ impl Kernel {
         let shadow = |i: usize, j: usize| 1.0 - directions[i].angle_between(directions[j]) / PI;
         let covariance: Vec<f64> = pairs().map(|(i, j)| dot(&lit[i], &lit[j])).collect();
         // A lamp exactly behind the subject lights no normal.
-        let deviations: Vec<f64> =
-            (0..count).map(|i| covariance[i * count + i].max(1e-9).sqrt()).collect();
+        let deviations: Vec<f64> = (0..count).map(|i| covariance[i * count + i].max(1e-9).sqrt()).collect();
         let correlations: Vec<f64> = pairs()
             .map(|(i, j)| {
                 let explained = covariance[i * count + j] / (deviations[i] * deviations[j]);
@@ -150,12 +149,7 @@ impl Kernel {
 
     /// Faults of the OLATs' order, and for each pose the place of every lamp's OLAT. `lamps` are the lamps' indices in
     /// the rig.
-    pub fn faults(
-        &self,
-        lamps: &[usize],
-        poses: &[Shading],
-        black: &[Vec<bool>],
-    ) -> (Vec<Fault>, Vec<Vec<usize>>) {
+    pub fn faults(&self, lamps: &[usize], poses: &[Shading], black: &[Vec<bool>]) -> (Vec<Fault>, Vec<Vec<usize>>) {
         let places: Vec<usize> = (0..self.count()).collect();
         let mut poses: Vec<Ordered> = (poses.iter().zip(black))
             .map(|(pose, black)| Ordered {
@@ -196,8 +190,7 @@ impl Kernel {
         let mut faults = Vec::new();
         for round in 0.. {
             let mean = mean(ordered.iter().collect());
-            let black: Vec<bool> =
-                (0..self.count()).map(|i| ordered.iter().all(|pose| pose.black[i])).collect();
+            let black: Vec<bool> = (0..self.count()).map(|i| ordered.iter().all(|pose| pose.black[i])).collect();
             let (change, gain) = kernel.best(&mean, &black);
             let changed = change.applied(&mean, self.count());
             let unit = kernel.median_cost(&changed);
@@ -228,14 +221,11 @@ impl Kernel {
     /// The change of order with the largest gain.
     fn best(&self, measured: &[f64], black: &[bool]) -> (Change, f64) {
         let n = self.count();
-        let exchanges = (0..n).flat_map(|from| {
-            (from + 1..n).map(move |to| Change { from, to, turn: Turn::Exchange })
-        });
+        let exchanges = (0..n).flat_map(|from| (from + 1..n).map(move |to| Change { from, to, turn: Turn::Exchange }));
         let exchanges = exchanges.filter(|change| !black[change.from] && !black[change.to]);
         // A picture too few or too many moves all before or after it.
         let ends = (2..n).map(|to| (0, to)).chain((1..n - 2).map(|from| (from, n - 1)));
-        let turns = ends
-            .flat_map(|(from, to)| [Turn::On, Turn::Back].map(|turn| Change { from, to, turn }));
+        let turns = ends.flat_map(|(from, to)| [Turn::On, Turn::Back].map(|turn| Change { from, to, turn }));
         let gains = exchanges.chain(turns).map(|change| (change, self.gain(measured, change)));
         gains.max_by(|a, b| a.1.total_cmp(&b.1)).expect("several lamps")
     }

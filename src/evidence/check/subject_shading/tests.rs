@@ -128,11 +128,7 @@ fn sentences_name_pose_lamp_and_remedy() {
     assert!(check.line().ends_with("afterlight lamps PROJECT --leave-out lamp_12 --pose p03"));
     let exchanged = Fault { kind: Kind::Exchanged(0, 1), poses: vec![0, 1], certain: false };
     let check = judged(&[exchanged], &lamps, &["p02", "p03"]);
-    assert!(
-        check.sentence.starts_with("All poses: the OLATs of lamp_11 and lamp_12"),
-        "{}",
-        check.sentence
-    );
+    assert!(check.sentence.starts_with("All poses: the OLATs of lamp_11 and lamp_12"), "{}", check.sentence);
     assert_eq!(check.level, Level::Doubtful);
     let exchange = vec![["lamp_11", "lamp_12"].map(str::to_owned)];
     assert_eq!(check.correction, Some(LampSettings { exchange, ..LampSettings::default() }));
@@ -155,13 +151,7 @@ fn too_few_lamps_and_empty_mattes_are_not_judged() {
 struct Table(std::collections::BTreeMap<&'static str, [usize; 3]>);
 
 impl Table {
-    fn count(
-        &mut self,
-        shoot: &str,
-        name: &'static str,
-        found: &[Fault],
-        wanted: Option<(Kind, Vec<usize>)>,
-    ) {
+    fn count(&mut self, shoot: &str, name: &'static str, found: &[Fault], wanted: Option<(Kind, Vec<usize>)>) {
         let found = kinds(found);
         let named = wanted.as_ref().is_none_or(|wanted| found.contains(wanted));
         let others = found.len() > usize::from(wanted.is_some());
@@ -175,13 +165,7 @@ impl Table {
     }
 
     /// Puts random faults of each kind into a good shoot.
-    fn add(
-        &mut self,
-        shoot: &str,
-        good: &Measured,
-        each: usize,
-        draw: &mut impl FnMut(usize) -> usize,
-    ) {
+    fn add(&mut self, shoot: &str, good: &Measured, each: usize, draw: &mut impl FnMut(usize) -> usize) {
         self.count(shoot, "no fault", &good.faults(), None);
         let (all, lamps) = (good.all(), good.lamps.len());
         let wanted = Some((Kind::Mirrored, all.clone()));
@@ -234,8 +218,7 @@ fn random_faults_are_named_and_good_shoots_stay_good() {
         };
         virtual_stage::write_shoot(folder, &settings, &Progress::silent()).unwrap();
     };
-    let folders: Vec<PathBuf> =
-        text("FOLDERS").map_or(vec![], |text| text.split(',').map(PathBuf::from).collect());
+    let folders: Vec<PathBuf> = text("FOLDERS").map_or(vec![], |text| text.split(',').map(PathBuf::from).collect());
     let seeds = if folders.is_empty() { first..first + count } else { 0..folders.len() };
     for seed in seeds {
         let temporary = tempfile::tempdir().unwrap();

@@ -104,11 +104,7 @@ impl Answers {
             };
             let (asked, answer) = parsed(line).map_err(refuse)?;
             let key = keys.load(project, &asked.study)?.ok_or_else(|| {
-                refuse(format!(
-                    "it answers study {}, which {} has no key for",
-                    asked.study,
-                    project.root.display()
-                ))
+                refuse(format!("it answers study {}, which {} has no key for", asked.study, project.root.display()))
             })?;
             fits(&asked, &answer, key).map_err(refuse)?;
             match added.0.get(&asked) {
@@ -177,37 +173,19 @@ impl Keys {
 fn parsed(line: &str) -> std::result::Result<(Asked, Answer), String> {
     let fields: Vec<&str> = line.split(',').collect();
     let [study, person, trial, question, left, right, chosen, seconds] = fields[..] else {
-        return Err(format!(
-            "expected 8 values between commas, found {} in {:?}",
-            fields.len(),
-            shortened(line)
-        ));
+        return Err(format!("expected 8 values between commas, found {} in {:?}", fields.len(), shortened(line)));
     };
-    let names = [
-        ("study", study),
-        ("person", person),
-        ("trial", trial),
-        ("left", left),
-        ("right", right),
-        ("chosen", chosen),
-    ];
+    let names =
+        [("study", study), ("person", person), ("trial", trial), ("left", left), ("right", right), ("chosen", chosen)];
     if let Some((what, value)) = names.into_iter().find(|(_, value)| !is_name(value)) {
-        return Err(format!(
-            "{what} is {:?}, but can only be up to 32 small letters and digits",
-            shortened(value)
-        ));
+        return Err(format!("{what} is {:?}, but can only be up to 32 small letters and digits", shortened(value)));
     }
     let question = Question::ALL.into_iter().find(|q| q.name() == question);
     let question = question.ok_or("question is neither like nor better")?;
     let seconds: f64 = (seconds.parse().ok())
         .filter(|s| (0.0..=1e9).contains(s))
         .ok_or_else(|| format!("seconds is {:?}, not a number from 0 up", shortened(seconds)))?;
-    let asked = Asked {
-        study: study.to_owned(),
-        person: person.to_owned(),
-        trial: trial.to_owned(),
-        question,
-    };
+    let asked = Asked { study: study.to_owned(), person: person.to_owned(), trial: trial.to_owned(), question };
     let [left, right, chosen] = [left, right, chosen].map(str::to_owned);
     let answer = Answer { left, right, chosen, seconds };
     Ok((asked, answer))
@@ -226,10 +204,7 @@ fn fits(asked: &Asked, answer: &Answer, key: &Key) -> std::result::Result<(), St
         ));
     }
     if !sides.contains(&&answer.chosen) {
-        return Err(format!(
-            "{} was chosen, which is neither {} nor {}",
-            answer.chosen, answer.left, answer.right
-        ));
+        return Err(format!("{} was chosen, which is neither {} nor {}", answer.chosen, answer.left, answer.right));
     }
     Ok(())
 }

@@ -98,13 +98,10 @@ pub(super) fn make(
     let compute = ComputeDevice::choose(settings.device);
     let exemplar = Exemplar::load(project, &calibration.response, 0)?;
     let lamps = lamps(project, calibration, settings, &exemplar)?;
-    let gains: Vec<f32> = (lamps.iter())
-        .map(|&lamp| display_gain([&exemplar.olats[lamp]].into_iter(), &exemplar.mask))
-        .collect();
-    let references = lamps
-        .iter()
-        .zip(&gains)
-        .map(|(&lamp, &gain)| Ok((lamp, jpeg(&exemplar.olats[lamp], &exemplar.mask, gain)?)));
+    let gains: Vec<f32> =
+        (lamps.iter()).map(|&lamp| display_gain([&exemplar.olats[lamp]].into_iter(), &exemplar.mask)).collect();
+    let references =
+        lamps.iter().zip(&gains).map(|(&lamp, &gain)| Ok((lamp, jpeg(&exemplar.olats[lamp], &exemplar.mask, gain)?)));
     let references = references.collect::<Result<_>>()?;
     let alone = single_lamps(calibration.rig.lamps.len());
     let frames = middle(project.settings.shoot.frames.len(), settings.frames);
@@ -137,11 +134,7 @@ pub(super) fn make(
                 pictures.push(jpeg(&picture, matte, gain)?);
             }
         }
-        clips.extend(lamps.iter().zip(pictures).map(|(&lamp, pictures)| Clip {
-            method,
-            lamp,
-            pictures,
-        }));
+        clips.extend(lamps.iter().zip(pictures).map(|(&lamp, pictures)| Clip { method, lamp, pictures }));
     }
     Ok(Clips { clips, references, frames: frames.collect(), seen, minutes })
 }
@@ -160,8 +153,7 @@ fn maker(
     match method {
         Method::Network => Ok(Maker::Network(Box::new(Predictor::open(project, &compute.device)?))),
         Method::Prediction | Method::Transfer => {
-            let mut opened = OlatPredictor::open(project, calibration, &compute.device)?
-                .steady(project, calibration);
+            let mut opened = OlatPredictor::open(project, calibration, &compute.device)?.steady(project, calibration);
             if settings.at != PictureSize::Square {
                 opened = opened.with_detail(project, calibration)?;
             }
@@ -173,8 +165,7 @@ fn maker(
         Method::Texler | Method::Sun => {
             let all = single_lamps(calibration.rig.lamps.len());
             // Sorted by name, which is the order of `lamps`.
-            let named =
-                |(place, &lamp): (usize, &usize)| (format!("{place:04}"), all[lamp].clone());
+            let named = |(place, &lamp): (usize, &usize)| (format!("{place:04}"), all[lamp].clone());
             let lights = lamps.iter().enumerate().map(named).collect();
             let effort = Effort {
                 minutes: learning_minutes(project, settings.minutes),
@@ -222,19 +213,14 @@ fn lamps(
         lamps.dedup();
         return Ok(lamps);
     }
-    let level =
-        |lamp: usize| 1.0 / display_gain([&exemplar.olats[lamp]].into_iter(), &exemplar.mask);
+    let level = |lamp: usize| 1.0 / display_gain([&exemplar.olats[lamp]].into_iter(), &exemplar.mask);
     let usable = |lamp: &usize| calibration.rig.lamps[*lamp].is_usable();
-    let levels: Vec<(usize, f32)> =
-        ((0..names.len()).filter(usable)).map(|lamp| (lamp, level(lamp))).collect();
+    let levels: Vec<(usize, f32)> = ((0..names.len()).filter(usable)).map(|lamp| (lamp, level(lamp))).collect();
     let most = levels.iter().map(|(_, level)| *level).fold(0.0, f32::max);
-    let front: Vec<usize> = (levels.iter())
-        .filter(|(_, level)| *level >= FRONT * most)
-        .map(|(lamp, _)| *lamp)
-        .collect();
-    let directions: Vec<_> = (front.iter())
-        .map(|&lamp| calibration.rig.lamps[lamp].direction.normalize_or_zero())
-        .collect();
+    let front: Vec<usize> =
+        (levels.iter()).filter(|(_, level)| *level >= FRONT * most).map(|(lamp, _)| *lamp).collect();
+    let directions: Vec<_> =
+        (front.iter()).map(|&lamp| calibration.rig.lamps[lamp].direction.normalize_or_zero()).collect();
     let chosen = subset::choose(&directions, settings.conditions.min(front.len()))?;
     Ok(chosen.indices.into_iter().map(|i| front[i]).collect())
 }

@@ -87,8 +87,7 @@ mod tests {
     fn it_is_symmetric_and_holds_the_share_and_no_answers_say_nothing() {
         for answers in [1, 7, 30, 411] {
             for chosen in 0..=answers {
-                let ([a, b], [c, d]) =
-                    (exact_interval(chosen, answers), exact_interval(answers - chosen, answers));
+                let ([a, b], [c, d]) = (exact_interval(chosen, answers), exact_interval(answers - chosen, answers));
                 assert!((a + d - 1.0).abs() < 1e-12 && (b + c - 1.0).abs() < 1e-12);
                 let share = chosen as f64 / answers as f64;
                 assert!(a <= share && share <= b && (a < b));

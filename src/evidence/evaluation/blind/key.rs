@@ -75,11 +75,9 @@ impl Key {
         if !is_name(study) || !path.exists() {
             return Ok(None);
         }
-        let remedy =
-            "Restore it from a copy of the project: only this key tells whose clip is whose";
+        let remedy = "Restore it from a copy of the project: only this key tells whose clip is whose";
         let text = read_sealed(&path, remedy)?;
-        let key: Self = toml::from_str(&text)
-            .map_err(|e| Error::codec("read", &path, e.message().trim(), remedy))?;
+        let key: Self = toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message().trim(), remedy))?;
         let known = |clip: &String| key.clips.contains_key(clip);
         let whole = key.trials.values().flatten().all(known) && key.study == study;
         if key.format != FORMAT || !whole {

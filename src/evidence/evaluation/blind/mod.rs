@@ -16,9 +16,7 @@ mod tests;
 
 pub use answers::Question;
 pub use interval::exact_interval;
-pub use result::{
-    AnswersReport, MethodShare, PairShare, QuestionResult, Share, StudyResult, answers,
-};
+pub use result::{AnswersReport, MethodShare, PairShare, QuestionResult, Share, StudyResult, answers};
 pub use settings::BlindSettings;
 
 use super::Method;
@@ -58,11 +56,7 @@ pub struct BlindReport {
 ///
 /// # Errors
 /// When there are fewer than two methods, a requirement of one is missing, or a file cannot be written.
-pub fn blind(
-    project: &Project,
-    settings: &BlindSettings,
-    progress: &Progress,
-) -> Result<BlindReport> {
+pub fn blind(project: &Project, settings: &BlindSettings, progress: &Progress) -> Result<BlindReport> {
     let mut settings = settings.clone();
     let mut methods: Vec<Method> = Vec::new();
     for method in settings.methods.drain(..) {
@@ -72,10 +66,7 @@ pub fn blind(
     }
     settings.methods = methods;
     if settings.methods.len() < 2 {
-        return Err(Error::invalid(
-            "a comparison needs two methods",
-            "Name two or more: --with network,ratio",
-        ));
+        return Err(Error::invalid("a comparison needs two methods", "Name two or more: --with network,ratio"));
     }
     let calibration = Calibration::load(project)?;
     let clips = clips::make(project, &calibration, &settings, progress)?;

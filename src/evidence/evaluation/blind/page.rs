@@ -90,12 +90,8 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
         study,
         rate: project.settings.shoot.frame_rate,
         header: HEADER,
-        questions: (Question::ALL.into_iter())
-            .map(|q| Asked { name: q.name(), text: q.text() })
-            .collect(),
-        references: (references.iter())
-            .map(|(lamp, code)| (code.clone(), data_uri(&clips.references[lamp])))
-            .collect(),
+        questions: (Question::ALL.into_iter()).map(|q| Asked { name: q.name(), text: q.text() }).collect(),
+        references: (references.iter()).map(|(lamp, code)| (code.clone(), data_uri(&clips.references[lamp]))).collect(),
         clips: (codes.iter())
             .map(|(&clip, code)| {
                 let pictures = &clips.clips[clip].pictures;
@@ -109,8 +105,7 @@ pub(super) fn page(project: &Project, clips: &Clips) -> Result<(Key, String)> {
             })
             .collect(),
     };
-    let json = serde_json::to_string(&contents)
-        .map_err(|e| Error::bug(format!("cannot write the study: {e}")))?;
+    let json = serde_json::to_string(&contents).map_err(|e| Error::bug(format!("cannot write the study: {e}")))?;
     // Nothing in the JSON may close the script element.
     let json = json.replace('<', "\\u003c");
     Ok((key, PAGE.replace(PLACE, &json)))

@@ -171,9 +171,7 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
             methods: (methods.into_values())
                 .map(|(method, count)| MethodShare { method, share: count.share() })
                 .collect(),
-            pairs: (pairs.into_values())
-                .map(|(methods, count)| PairShare { methods, first: count.share() })
-                .collect(),
+            pairs: (pairs.into_values()).map(|(methods, count)| PairShare { methods, first: count.share() }).collect(),
         });
     }
     let people: BTreeSet<&String> = mine.iter().map(|(asked, _)| &asked.person).collect();
@@ -190,8 +188,7 @@ fn result(project: &Project, study: &str, all: &Answers, keys: &mut Keys) -> Res
 impl AnswersReport {
     /// Summary of the results.
     pub fn sentence(&self) -> String {
-        let mut text =
-            format!("{} answers were new; all are in {}", self.new, self.collected.display());
+        let mut text = format!("{} answers were new; all are in {}", self.new, self.collected.display());
         for study in &self.studies {
             let (people, answers) = (study.people, study.answers);
             let persons = if people == 1 { "person" } else { "people" };

@@ -45,10 +45,7 @@ fn answered(key: &Key, person: &str, choose: impl Fn([&Shown; 2]) -> usize) -> S
         for question in Question::ALL {
             let chosen = &pair[choose([0, 1].map(|side| &key.clips[&pair[side]]))];
             let (study, question) = (&key.study, question.name());
-            text += &format!(
-                "{study},{person},{trial},{question},{},{},{chosen},1.25\n",
-                pair[1], pair[0]
-            );
+            text += &format!("{study},{person},{trial},{question},{},{},{chosen},1.25\n", pair[1], pair[0]);
         }
     }
     text
@@ -103,9 +100,7 @@ fn answers_are_unblinded_collected_once_and_counted_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let (project, key, _) = study(folder.path());
     let likes = |person: &str, method: Method| {
-        let text = answered(&key, person, |pair| {
-            usize::from(pair[0].method != method && pair[1].method == method)
-        });
+        let text = answered(&key, person, |pair| usize::from(pair[0].method != method && pair[1].method == method));
         written(folder.path(), &format!("{person}.csv"), &text)
     };
     // Three people always choose the network where it is shown; the fourth always chooses Sun.

@@ -52,9 +52,8 @@ mod tests {
         let bright = |metric, value| heat(badness(metric, value)).iter().sum::<f32>();
         for metric in Metric::ALL {
             let [good, bad] = metric.range();
-            let values: Vec<f32> = (0..=20)
-                .map(|i| bright(metric, good + (bad - good) * f64::from(i) / 20.0))
-                .collect();
+            let values: Vec<f32> =
+                (0..=20).map(|i| bright(metric, good + (bad - good) * f64::from(i) / 20.0)).collect();
             assert!(values.windows(2).all(|w| w[1] > w[0]), "{values:?}");
             assert_eq!(bright(metric, bad + 9.0 * (bad - good)), values[20]);
         }

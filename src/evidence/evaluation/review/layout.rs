@@ -19,12 +19,9 @@ pub struct SheetLayout {
 pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> SheetLayout {
     let places: Vec<[f32; 2]> = directions
         .iter()
-        .map(|&d| {
-            if d.is_finite() && d != Vec3::ZERO { uv_from_direction(d).into() } else { [0.5, 1.0] }
-        })
+        .map(|&d| if d.is_finite() && d != Vec3::ZERO { uv_from_direction(d).into() } else { [0.5, 1.0] })
         .collect();
-    let (top, bottom) =
-        (places.iter().map(|p| p[1])).fold((1.0f32, 0.0f32), |(a, b), v| (a.min(v), b.max(v)));
+    let (top, bottom) = (places.iter().map(|p| p[1])).fold((1.0f32, 0.0f32), |(a, b), v| (a.min(v), b.max(v)));
     let row_index = |v: f32, rows: usize| {
         let share = (v - top) / (bottom - top).max(1e-6);
         ((share * rows as f32) as usize).min(rows - 1)
@@ -35,14 +32,12 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Sheet
         let most = counts.into_iter().max().unwrap_or(1).max(1);
         (width / most as f32).min(height / rows as f32)
     };
-    let rows = (1..=places.len().max(1))
-        .max_by(|&a, &b| cell_side(a).total_cmp(&cell_side(b)).then(a.cmp(&b)))
-        .unwrap_or(1);
+    let rows =
+        (1..=places.len().max(1)).max_by(|&a, &b| cell_side(a).total_cmp(&cell_side(b)).then(a.cmp(&b))).unwrap_or(1);
     let side = cell_side(rows);
     let mut corners = vec![[0.0; 2]; places.len()];
     for row in 0..rows {
-        let mut lamps: Vec<usize> =
-            (0..places.len()).filter(|&i| row_index(places[i][1], rows) == row).collect();
+        let mut lamps: Vec<usize> = (0..places.len()).filter(|&i| row_index(places[i][1], rows) == row).collect();
         lamps.sort_by(|&a, &b| places[a][0].total_cmp(&places[b][0]));
         let y = (row as f32 + 0.5) * height / rows as f32 - 0.5 * side;
         // Push each square right of its predecessor, then back from the edge, left of its successor.

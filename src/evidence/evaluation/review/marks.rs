@@ -64,13 +64,7 @@ impl Default for Marks {
 impl MarkedOlat {
     /// A verdict and a note on a lamp in a frame or pose.
     pub fn new(case: &str, lamp: &str, mark: Option<Mark>, note: &str) -> Self {
-        Self {
-            case: case.to_owned(),
-            lamp: lamp.to_owned(),
-            mark,
-            note: note.to_owned(),
-            other: toml::Table::new(),
-        }
+        Self { case: case.to_owned(), lamp: lamp.to_owned(), mark, note: note.to_owned(), other: toml::Table::new() }
     }
 }
 

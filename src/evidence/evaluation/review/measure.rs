@@ -64,25 +64,20 @@ pub fn own_truth(project: &Project) -> Option<PathBuf> {
 /// # Errors
 /// When the calibration or network is missing, there is neither a pose nor a truth, a file cannot be read or written,
 /// or the user stops it.
-pub fn review(
-    project: &Project,
-    settings: &ReviewSettings,
-    progress: &Progress,
-) -> Result<ReviewReport> {
+pub fn review(project: &Project, settings: &ReviewSettings, progress: &Progress) -> Result<ReviewReport> {
     let basis = Fingerprint::from_project(project)?;
     let folder = settings.truth.as_ref().map(|folder| {
         // The project may be opened from another working directory next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
     });
     // Unreadable scores are measured again.
-    let kept = Review::load(project).ok().flatten().filter(|kept| {
-        !settings.fresh && kept.truth == folder && kept.basis.difference(&basis).is_none()
-    });
+    let kept = Review::load(project)
+        .ok()
+        .flatten()
+        .filter(|kept| !settings.fresh && kept.truth == folder && kept.basis.difference(&basis).is_none());
     if kept.is_some() && settings.report.is_none() {
-        progress.advise(
-            "Nothing has changed since the last measurement; showing its figures",
-            "--fresh measures again",
-        );
+        progress
+            .advise("Nothing has changed since the last measurement; showing its figures", "--fresh measures again");
     }
     let open = || Reviewer::open(project, settings.truth.as_deref(), settings.device);
     let mut reviewer = None;

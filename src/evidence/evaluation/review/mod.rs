@@ -180,13 +180,10 @@ impl Review {
 
     /// Indices of cases and lamps, the worst first.
     pub fn worst(&self, metric: Metric) -> Vec<(usize, usize)> {
-        let figure = |&(case, lamp): &(usize, usize)| {
-            metric.order(metric.score(&self.cases[case].cells[lamp]))
-        };
+        let figure = |&(case, lamp): &(usize, usize)| metric.order(metric.score(&self.cases[case].cells[lamp]));
         let lamps = 0..self.lamps.len();
-        let mut cells: Vec<(usize, usize)> = (0..self.cases.len())
-            .flat_map(|case| lamps.clone().map(move |lamp| (case, lamp)))
-            .collect();
+        let mut cells: Vec<(usize, usize)> =
+            (0..self.cases.len()).flat_map(|case| lamps.clone().map(move |lamp| (case, lamp))).collect();
         cells.sort_by(|a, b| figure(b).total_cmp(&figure(a)));
         cells
     }
@@ -212,9 +209,7 @@ impl Review {
     /// Score of each lamp over the relevant cases.
     pub fn lamp_means(&self, metric: Metric) -> Vec<f64> {
         let judged = self.judged();
-        (0..self.lamps.len())
-            .map(|lamp| metric.mean(judged.iter().map(|case| &case.cells[lamp])))
-            .collect()
+        (0..self.lamps.len()).map(|lamp| metric.mean(judged.iter().map(|case| &case.cells[lamp]))).collect()
     }
 
     /// The lamps, the worst first.
@@ -233,8 +228,7 @@ impl Review {
 
     /// Indices of the cases and their scores over all lamps, the worst first.
     pub fn worst_cases(&self, metric: Metric) -> Vec<(usize, f64)> {
-        let mut cases: Vec<(usize, f64)> =
-            self.case_means(metric).into_iter().enumerate().collect();
+        let mut cases: Vec<(usize, f64)> = self.case_means(metric).into_iter().enumerate().collect();
         cases.sort_by(|a, b| metric.order(b.1).total_cmp(&metric.order(a.1)));
         cases
     }
@@ -264,8 +258,7 @@ impl Review {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(Error::io("open", path, e, REMEDY)),
         };
-        let review: Self =
-            serde_json::from_str(&text).map_err(|e| Error::codec("read", &path, e, REMEDY))?;
+        let review: Self = serde_json::from_str(&text).map_err(|e| Error::codec("read", &path, e, REMEDY))?;
         let lamps = review.lamps.len();
         let whole = review.format == FORMAT
             && lamps > 0
@@ -289,8 +282,8 @@ impl Review {
     /// Writes the review into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = project.measured_path();
-        let text = serde_json::to_string(self)
-            .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
+        let text =
+            serde_json::to_string(self).map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 }
@@ -318,24 +311,9 @@ pub(crate) mod tests {
             flicker: None,
             lamps: ["olat_00", "olat_01", "olat_02"].map(str::to_owned).to_vec(),
             cases: vec![
-                measured(
-                    Case::Frame(5),
-                    "frame_005",
-                    false,
-                    [cell(30.0, 0.1), cell(20.0, 0.3), cell(25.0, 0.2)],
-                ),
-                measured(
-                    Case::Pose(0),
-                    "pose00",
-                    true,
-                    [cell(50.0, 0.5), cell(40.0, 0.02), cell(45.0, 0.01)],
-                ),
-                measured(
-                    Case::Pose(1),
-                    "pose01",
-                    false,
-                    [cell(40.0, 0.05), cell(22.0, 0.15), cell(19.0, 0.25)],
-                ),
+                measured(Case::Frame(5), "frame_005", false, [cell(30.0, 0.1), cell(20.0, 0.3), cell(25.0, 0.2)]),
+                measured(Case::Pose(0), "pose00", true, [cell(50.0, 0.5), cell(40.0, 0.02), cell(45.0, 0.01)]),
+                measured(Case::Pose(1), "pose01", false, [cell(40.0, 0.05), cell(22.0, 0.15), cell(19.0, 0.25)]),
             ],
         }
     }
@@ -393,9 +371,7 @@ pub(crate) mod tests {
         let near = |a: &[f64], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
         assert!(near(&review.lamp_means(Metric::Flip), [0.075, 0.225, 0.225]));
         assert_eq!(review.worst_lamps(Metric::Flip)[2], 0);
-        let pooled = |a: f64, b: f64| {
-            -10.0 * ((10f64.powf(-a / 10.0) + 10f64.powf(-b / 10.0)) / 2.0).log10()
-        };
+        let pooled = |a: f64, b: f64| -10.0 * ((10f64.powf(-a / 10.0) + 10f64.powf(-b / 10.0)) / 2.0).log10();
         let wanted = [pooled(30.0, 40.0), pooled(20.0, 22.0), pooled(25.0, 19.0)];
         assert!(near(&review.lamp_means(Metric::Psnr), wanted));
         assert!(near(&review.case_means(Metric::Flip), [0.2, 0.53 / 3.0, 0.15]));

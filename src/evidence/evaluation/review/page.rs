@@ -114,9 +114,7 @@ fn summary(review: &Review) -> String {
     }
     out += "</tr>\n";
     for (what, cases) in [("Held out of training", unseen), ("Seen in training", seen)] {
-        let Some(Means { cases, over_cells }) = Means::from_cases(&cases) else {
-            continue;
-        };
+        let Some(Means { cases, over_cells }) = Means::from_cases(&cases) else { continue };
         let _ = write!(out, "<tr><td>{what}</td><td class=\"n\">{cases}</td>");
         for metric in Metric::ALL {
             let figure = metric.text(metric.score(&over_cells));
@@ -144,10 +142,7 @@ fn marked(contents: &Contents) -> String {
         let mark = marked.mark.map_or("", |m| m.name());
         let note = escape(&marked.note).replace('\n', "<br>");
         let (case, lamp) = (escape(&marked.case), escape(&marked.lamp));
-        let _ = writeln!(
-            out,
-            "<tr><td class=\"{mark}\">{mark}</td><td>{case}</td><td>{lamp}</td><td>{note}</td></tr>"
-        );
+        let _ = writeln!(out, "<tr><td class=\"{mark}\">{mark}</td><td>{case}</td><td>{lamp}</td><td>{note}</td></tr>");
     }
     out + "</table>\n"
 }
@@ -183,9 +178,8 @@ fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String
             let x = LABEL + lamp as f32 * step;
             let lamp_name = &review.lamps[lamp];
             let marked = marks.get(&case.name, lamp_name);
-            let note = marked.map_or(String::new(), |m| {
-                format!(": {} {}", m.mark.map_or("", |mark| mark.name()), escape(&m.note))
-            });
+            let note = marked
+                .map_or(String::new(), |m| format!(": {} {}", m.mark.map_or("", |mark| mark.name()), escape(&m.note)));
             let _ = writeln!(
                 out,
                 "<rect x=\"{x:.2}\" y=\"{y:.1}\" width=\"{:.2}\" height=\"{:.1}\" fill=\"{}\"><title>{label}, {}: {}{note}</title></rect>",
@@ -218,27 +212,18 @@ fn worst(Contents { review, worst, marks, .. }: &Contents) -> String {
     for WorstPictures { case, lamp, pictures } in worst {
         let case = &review.cases[*case];
         let lamp_name = &review.lamps[*lamp];
-        let figures =
-            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[*lamp]))));
+        let figures = Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[*lamp]))));
         let seen = if case.seen { ", seen in training" } else { "" };
         let (case_name, lamp_text) = (escape(&case.name), escape(lamp_name));
         out += "<figure><div>";
         for (what, picture) in ["true", "predicted", "FLIP of"].into_iter().zip(pictures) {
-            let _ = write!(
-                out,
-                "<img src=\"{}\" alt=\"{what} {lamp_text} in {case_name}\">",
-                escape(picture)
-            );
+            let _ = write!(out, "<img src=\"{}\" alt=\"{what} {lamp_text} in {case_name}\">", escape(picture));
         }
-        let _ = write!(
-            out,
-            "</div><figcaption><strong>{case_name}, {lamp_text}</strong>{seen}<br>{}",
-            figures.join(", ")
-        );
+        let _ =
+            write!(out, "</div><figcaption><strong>{case_name}, {lamp_text}</strong>{seen}<br>{}", figures.join(", "));
         if let Some(marked) = marks.get(&case.name, lamp_name) {
             let mark = marked.mark.map_or("", |m| m.name());
-            let _ =
-                write!(out, "<br><span class=\"{mark}\">{mark}</span> {}", escape(&marked.note));
+            let _ = write!(out, "<br><span class=\"{mark}\">{mark}</span> {}", escape(&marked.note));
         }
         out += "</figcaption></figure>\n";
     }
@@ -286,8 +271,7 @@ fn lamps(Contents { review, directions, .. }: &Contents) -> String {
         let _ = write!(out, "<tr><td>{}</td>", escape(&review.lamps[lamp]));
         let direction = directions.get(lamp).copied().filter(|d| d.is_finite());
         let angles = direction.map_or([String::new(), String::new()], |d| {
-            [d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin()]
-                .map(|a| format!("{:.0}°", a.to_degrees()))
+            [d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin()].map(|a| format!("{:.0}°", a.to_degrees()))
         });
         for angle in angles {
             let _ = write!(out, "<td class=\"n\">{angle}</td>");
@@ -332,10 +316,7 @@ mod tests {
                 lamp: 1,
                 pictures: ["a", "b", "c"].map(|p| format!("data:image/png;base64,{p}")),
             }],
-            sheet: Sheet {
-                case: 0,
-                pictures: ["d", "e", "f"].map(|p| format!("data:image/png;base64,{p}")).to_vec(),
-            },
+            sheet: Sheet { case: 0, pictures: ["d", "e", "f"].map(|p| format!("data:image/png;base64,{p}")).to_vec() },
         })
     }
 
@@ -361,9 +342,7 @@ mod tests {
         let text = example();
         check_tags(&text);
         assert!(!text.contains("<script") && !text.contains('\u{1}'), "{text}");
-        assert!(
-            text.contains("&lt;script&gt;alert(&quot;a&amp;b&quot;)&lt;/script&gt;&#39;\u{fffd}")
-        );
+        assert!(text.contains("&lt;script&gt;alert(&quot;a&amp;b&quot;)&lt;/script&gt;&#39;\u{fffd}"));
         assert!(text.contains("two<br>lines") && text.contains("class=\"bad\""));
         assert!(!text.contains("http"), "nothing is loaded from elsewhere");
     }

@@ -62,10 +62,7 @@ impl ScoredPictures {
     /// When there is no such lamp, or the pictures differ in size.
     pub fn compare(&self, lamp: usize) -> Result<([Encoded; 2], Raster<f32>)> {
         let Some(truth) = self.pictures.truths.get(lamp) else {
-            return Err(Error::missing(
-                format!("the measurement has no lamp {lamp}"),
-                "Measure again",
-            ));
+            return Err(Error::missing(format!("the measurement has no lamp {lamp}"), "Measure again"));
         };
         let truth = self.code(truth, 1.0);
         let predicted = self.predicted(lamp);
@@ -77,18 +74,12 @@ impl ScoredPictures {
     pub(super) fn row(&self, lamp: usize) -> Result<[String; 3]> {
         let ([truth, predicted], errors) = self.compare(lamp)?;
         let errors = Encoded(errors.map(heat));
-        Ok([
-            data_uri(&truth, SIDE_PX)?,
-            data_uri(&predicted, SIDE_PX)?,
-            data_uri(&errors, SIDE_PX)?,
-        ])
+        Ok([data_uri(&truth, SIDE_PX)?, data_uri(&predicted, SIDE_PX)?, data_uri(&errors, SIDE_PX)?])
     }
 
     /// Predicted thumbnail of every lamp, as data URIs.
     pub(super) fn sheet(&self) -> Result<Vec<String>> {
-        (0..self.pictures.predicted.len())
-            .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
-            .collect()
+        (0..self.pictures.predicted.len()).map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX)).collect()
     }
 }
 

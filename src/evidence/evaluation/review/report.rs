@@ -55,9 +55,7 @@ pub(super) fn write_report(
         review,
         marks,
         directions: reviewer.calibration.rig.lamps.iter().map(|l| l.direction).collect(),
-        worst: worst
-            .map(|((case, lamp), pictures)| WorstPictures { case, lamp, pictures })
-            .collect(),
+        worst: worst.map(|((case, lamp), pictures)| WorstPictures { case, lamp, pictures }).collect(),
         sheet: Sheet { case: shown, pictures: sheet },
     });
     write_beside(path, |out| out.write_all(text.as_bytes()))
@@ -67,9 +65,7 @@ pub(super) fn write_report(
 fn sheet_case(review: &Review) -> usize {
     let means = review.case_means(Metric::Flip);
     let rank = |&case: &usize| (u8::from(!review.cases[case].seen), means[case]);
-    (0..means.len())
-        .max_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))
-        .unwrap_or(0)
+    (0..means.len()).max_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(0)
 }
 
 /// Facts about network and calibration.
@@ -92,10 +88,7 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
         ("Training", training),
         ("Camera response", calibration.response.to_string()),
         ("Exposure of the interview", format!("{:.3}", calibration.exposure)),
-        (
-            "Interview light from directions without a lamp",
-            format!("{:.1} %", 100.0 * calibration.uncovered_energy),
-        ),
+        ("Interview light from directions without a lamp", format!("{:.1} %", 100.0 * calibration.uncovered_energy)),
         ("Clipped pixels of mirror balls", calibration.clipped_pixels.to_string()),
     ];
     if let Some(held_out) = info.and_then(|info| info.held_out.as_ref()) {

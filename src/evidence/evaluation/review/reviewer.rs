@@ -25,11 +25,7 @@ const KEPT: &str = "the figures measured before are kept";
 ///
 /// # Errors
 /// When there is no calibration, a file cannot be read, or the device fails.
-pub fn with_and_without_network(
-    project: &Project,
-    pose: usize,
-    device: DeviceChoice,
-) -> Result<[f64; 2]> {
+pub fn with_and_without_network(project: &Project, pose: usize, device: DeviceChoice) -> Result<[f64; 2]> {
     let mut reviewer = Reviewer::open(project, None, device)?;
     let with = reviewer.decibels(pose)?;
     reviewer.predictor = reviewer.predictor.corrected_by(None);
@@ -64,8 +60,7 @@ impl<'a> Reviewer<'a> {
         let calibration = Calibration::load(project)?;
         Ok(Self {
             project,
-            predictor: OlatPredictor::open(project, &calibration, &compute.device)?
-                .steady(project, &calibration),
+            predictor: OlatPredictor::open(project, &calibration, &compute.device)?.steady(project, &calibration),
             calibration,
             truth: truth.map(|folder| Truth::open(project, folder)).transpose()?,
         })
@@ -85,9 +80,7 @@ impl<'a> Reviewer<'a> {
     pub fn predict(&self, case: Case) -> Result<CasePictures> {
         let response = &self.calibration.response;
         let (frame, truths) = match (case, &self.truth) {
-            (Case::Frame(index), Some(truth)) => {
-                (Frame::load(self.project, response, index)?, truth.olats(index)?)
-            }
+            (Case::Frame(index), Some(truth)) => (Frame::load(self.project, response, index)?, truth.olats(index)?),
             (Case::Frame(index), None) => {
                 return Err(Error::missing(
                     format!("there is no truth to compare frame {index} with"),
@@ -127,10 +120,7 @@ impl<'a> Reviewer<'a> {
     fn flicker(&self, progress: &Progress) -> Result<Option<ClipFlicker>> {
         let mut there = (self.project.environments().into_iter()).filter(|known| !known.missing);
         let (environment, yaw_deg) = match there.next() {
-            Some(known) => (
-                Arc::new(light::panorama::load(&known.file)?),
-                known.front.unwrap_or_default().turned(0.0),
-            ),
+            Some(known) => (Arc::new(light::panorama::load(&known.file)?), known.front.unwrap_or_default().turned(0.0)),
             None => match light::built_in::named("nave") {
                 Some(nave) => (nave.environment(), 0.0),
                 None => return Ok(None),
@@ -150,12 +140,7 @@ impl<'a> Reviewer<'a> {
     ///
     /// # Errors
     /// When there is nothing to measure, a file cannot be read, or the user stops it.
-    pub fn measure(
-        &self,
-        basis: Fingerprint,
-        truth: Option<PathBuf>,
-        progress: &Progress,
-    ) -> Result<Review> {
+    pub fn measure(&self, basis: Fingerprint, truth: Option<PathBuf>, progress: &Progress) -> Result<Review> {
         let cases = self.cases();
         if cases.is_empty() {
             return Err(Error::missing(
@@ -250,9 +235,8 @@ mod tests {
 
     #[test]
     fn a_lamp_that_is_off_is_told_from_one_that_is_not() {
-        let picture = |level: f32| {
-            Raster::from_fn(24, 24, |x, y| [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3])
-        };
+        let picture =
+            |level: f32| Raster::from_fn(24, 24, |x, y| [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3]);
         let pictures = CasePictures {
             mask: Mask::filled(24, 24, 1.0),
             // In its own units: twice as bright as the truth.
@@ -260,15 +244,9 @@ mod tests {
             truths: vec![picture(1.0), picture(1.0), picture(1.0)],
         };
         let found = cells(&pictures, 0.5, &Progress::silent()).unwrap();
-        assert!(
-            found[0].psnr_db > 100.0 && found[0].flip < 1e-3 && found[0].ssim > 0.999,
-            "{found:?}"
-        );
+        assert!(found[0].psnr_db > 100.0 && found[0].flip < 1e-3 && found[0].ssim > 0.999, "{found:?}");
         assert!(found[1].psnr_db < 40.0 && found[1].flip > 0.01, "{found:?}");
-        assert!(
-            found[2].psnr_db < found[1].psnr_db && found[2].flip > 0.5 && found[2].ssim < 0.2,
-            "{found:?}"
-        );
+        assert!(found[2].psnr_db < found[1].psnr_db && found[2].flip > 0.5 && found[2].ssim < 0.2, "{found:?}");
     }
 
     #[test]

@@ -39,9 +39,7 @@ fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort
 
 /// Names and contents of all files in a folder.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let read = |file: PathBuf| {
-        (file.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&file).unwrap())
-    };
+    let read = |file: PathBuf| (file.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&file).unwrap());
     test_support::files(folder).into_iter().map(read).collect()
 }
 
@@ -104,16 +102,12 @@ fn a_shoot_is_complete_and_its_manifest_tells_so() {
     picture("probes/interview.png");
     for frame in 0..2 {
         picture(&format!("interview/frame_{frame:03}.png"));
-        let mask = read_mask(&folder.path().join(format!("interview_masks/frame_{frame:03}.png")))
-            .unwrap();
+        let mask = read_mask(&folder.path().join(format!("interview_masks/frame_{frame:03}.png"))).unwrap();
         let covered = mask.pixels.iter().sum::<f32>() / 1024.0;
         assert!((0.2..0.8).contains(&covered), "the subject fills {covered} of the picture");
     }
     for hdri in manifest["hdris"].as_array().unwrap() {
-        assert_eq!(
-            read_linear(&folder.path().join(hdri["file"].as_str().unwrap())).unwrap().size(),
-            (256, 128)
-        );
+        assert_eq!(read_linear(&folder.path().join(hdri["file"].as_str().unwrap())).unwrap().size(), (256, 128));
         let name = hdri["name"].as_str().unwrap();
         read_linear(&folder.path().join(format!("truth/pose00_relit_{name}.exr"))).unwrap();
     }
@@ -125,22 +119,16 @@ fn the_interview_is_the_weighted_sum_of_the_banks() {
     let truth = json(&folder.path().join("truth.json"));
     let frame = truth["truth_frames"][0].as_u64().unwrap();
     let number = |key: &str| truth[key].as_f64().unwrap() as f32;
-    let weight =
-        |b: usize| truth["weights_linear_interview_per_olat"][b][0].as_f64().unwrap() as f32;
+    let weight = |b: usize| truth["weights_linear_interview_per_olat"][b][0].as_f64().unwrap() as f32;
     let at = |b: usize| folder.path().join(format!("truth/frame_{frame:03}_olat/olat_{b:02}.exr"));
     let banks: Vec<Image> = (0..6).map(|b| read_linear(&at(b)).unwrap()).collect();
     let response = imaging::DualGamma { gamma1: number("g1"), gamma2: number("g2") };
-    let plate = response.decode(
-        &read_encoded(&folder.path().join(format!("interview/frame_{frame:03}.png"))).unwrap(),
-    );
-    let mask =
-        read_mask(&folder.path().join(format!("interview_masks/frame_{frame:03}.png"))).unwrap();
+    let plate = response.decode(&read_encoded(&folder.path().join(format!("interview/frame_{frame:03}.png"))).unwrap());
+    let mask = read_mask(&folder.path().join(format!("interview_masks/frame_{frame:03}.png"))).unwrap();
     let mut compared = 0;
     for (i, _) in mask.pixels.iter().enumerate().filter(|(_, c)| **c == 1.0) {
         for channel in 0..3 {
-            let sum: f32 = (0..6)
-                .map(|b| weight(b) * number("exposure_olat") * banks[b].pixels[i][channel])
-                .sum();
+            let sum: f32 = (0..6).map(|b| weight(b) * number("exposure_olat") * banks[b].pixels[i][channel]).sum();
             let seen = plate.pixels[i][channel];
             // Five standard deviations of the sensor's noise, and half a code of eight bits.
             let bound = 0.015 * sum.sqrt() + 3e-4 + 0.6 / 255.0 * 2.6 * sum.powf(0.55);
@@ -161,9 +149,7 @@ fn what_is_left_out_would_not_have_changed_the_picture() {
     let forced = take(&dome, &pose, 40, &request, Effort::Everything);
     assert!(thrifty.tally.shadow_rays < forced.tally.shadow_rays);
     assert!(thrifty.tally.subsurface < forced.tally.subsurface / 3);
-    for (a, b) in
-        thrifty.banks.iter().chain(&thrifty.sums).zip(forced.banks.iter().chain(&forced.sums))
-    {
+    for (a, b) in thrifty.banks.iter().chain(&thrifty.sums).zip(forced.banks.iter().chain(&forced.sums)) {
         for (a, b) in a.pixels.iter().flatten().zip(b.pixels.iter().flatten()) {
             // Only rounding differs: the same terms, some of them exact zeros.
             assert!((a - b).abs() <= 1e-6 * (1.0 + b.abs()), "{a} and {b}");
@@ -179,27 +165,17 @@ fn what_is_left_out_would_not_have_changed_the_picture() {
 #[test]
 fn a_lamp_in_front_lights_the_face_and_one_behind_leaves_it_dark() {
     let dome = Dome::new(41);
-    let pictures = take(
-        &dome,
-        &Pose::default(),
-        48,
-        &Request { banks: true, ..Request::default() },
-        Effort::Needed,
-    );
+    let pictures = take(&dome, &Pose::default(), 48, &Request { banks: true, ..Request::default() }, Effort::Needed);
     let bank = |towards: Vec3| {
         let cosine = |i: &usize| dome.banks[*i].dot(towards);
         (0..dome.banks.len()).max_by(|a, b| cosine(a).total_cmp(&cosine(b))).unwrap()
     };
     // The cheeks, on both sides of the nose, slightly below the middle of the picture.
-    let face = |bank: usize| {
-        luminance(pictures.banks[bank].at(21, 22)) + luminance(pictures.banks[bank].at(27, 22))
-    };
+    let face = |bank: usize| luminance(pictures.banks[bank].at(21, 22)) + luminance(pictures.banks[bank].at(27, 22));
     let (front, behind) = (face(bank(Vec3::Z)), face(bank(Vec3::NEG_Z)));
     assert!(front > 0.005, "{front}");
     assert!(behind < 0.01 * front, "{behind} from behind, {front} from in front");
-    let left = |bank: usize| {
-        luminance(pictures.banks[bank].at(20, 24)) / luminance(pictures.banks[bank].at(28, 24))
-    };
+    let left = |bank: usize| luminance(pictures.banks[bank].at(20, 24)) / luminance(pictures.banks[bank].at(28, 24));
     assert!(left(bank(Vec3::NEG_X)) > 3.0 && left(bank(Vec3::X)) < 0.33, "sides are swapped");
 }
 
@@ -241,13 +217,7 @@ fn the_mouth_opens_and_the_lids_close() {
 fn every_size_and_number_within_the_bounds_works() {
     for settings in [
         StageSettings { frames: 1, size: 16, seed: 0, lamps: 4, ..StageSettings::default() },
-        StageSettings {
-            frames: 3,
-            size: 17,
-            seed: u64::MAX,
-            lamps: 12,
-            ..StageSettings::default()
-        },
+        StageSettings { frames: 3, size: 17, seed: u64::MAX, lamps: 12, ..StageSettings::default() },
     ] {
         let folder = write(&settings);
         assert_eq!(json(&folder.path().join("manifest.json"))["olat_conditions"], settings.lamps);
@@ -262,8 +232,7 @@ fn what_cannot_be_made_is_refused_with_a_sentence() {
         (StageSettings { frames: 0, ..SMALL }, "frames"),
         (StageSettings { lamps: 3, ..SMALL }, "lamps"),
     ] {
-        let error =
-            write_shoot(folder.path(), &settings, &Progress::silent()).unwrap_err().to_string();
+        let error = write_shoot(folder.path(), &settings, &Progress::silent()).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("can have from"), "{error}");
     }
     assert!(contents(folder.path()).is_empty());
@@ -285,8 +254,7 @@ fn a_plate_is_what_the_camera_sees_with_other_edges() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, size: usize, plate| {
         let root = folder.path().join(name);
-        let settings =
-            StageSettings { frames: 1, size, lamps: 4, plate, ..StageSettings::default() };
+        let settings = StageSettings { frames: 1, size, lamps: 4, plate, ..StageSettings::default() };
         write_shoot(&root, &settings, &Progress::silent()).unwrap();
         root
     };

@@ -33,8 +33,7 @@ fn the_shipped_interview_is_what_the_stage_traces() {
             pairs.for_each(|(a, b)| (off, level) = (off + (a - b).abs(), level + b));
             off / level
         };
-        let off =
-            missed(&mut matte.pixels.iter().copied().zip(traced.coverage.pixels.iter().copied()));
+        let off = missed(&mut matte.pixels.iter().copied().zip(traced.coverage.pixels.iter().copied()));
         assert!(off < 0.01, "frame {i}: the matte is off by {off}");
         // The exposure depends on poses that are not traced here, so the subject's level fixes it.
         let inside = |pixels: &[[f32; 3]]| -> f32 {
@@ -53,13 +52,7 @@ fn the_shipped_interview_is_what_the_stage_traces() {
 #[test]
 fn the_demo_asks_for_the_shipped_interview_and_traces_its_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let small = StageSettings {
-        frames: 2,
-        size: 16,
-        lamps: 4,
-        plate: Some((18, 32)),
-        ..StageSettings::demo()
-    };
+    let small = StageSettings { frames: 2, size: 16, lamps: 4, plate: Some((18, 32)), ..StageSettings::demo() };
     let report = write_shoot(folder.path(), &small, &Progress::silent()).unwrap();
     let there = |name: &str| folder.path().join(name).is_file();
     assert!(there("interview_masks/frame_001.png") && there("truth/frame_001_relit_nave.exr"));

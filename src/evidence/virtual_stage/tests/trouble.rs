@@ -123,8 +123,7 @@ fn other_light_is_no_sum_of_the_banks_and_a_tint_is() {
 #[test]
 fn a_changed_exposure_shows_on_the_subject_and_not_on_the_ball() {
     let change = 1.6;
-    let folder =
-        troubled(TroubleSettings { exposure_change: Some(change), noise: Some(0.0), ..NONE });
+    let folder = troubled(TroubleSettings { exposure_change: Some(change), noise: Some(0.0), ..NONE });
     let truth = truth(&folder);
     let interview = linear(&folder, "probes/interview.png");
     let mut sum = vec![0.0; interview.pixels.len()];
@@ -166,9 +165,7 @@ fn noise_and_jpeg_change_the_codes_and_not_the_light() {
     let plain = write(&SMALL);
     let name = "interview/frame_001.png";
     let before = mean(&linear(&plain, name), |_, _| true);
-    for trouble in
-        [TroubleSettings { noise: Some(4.0), ..NONE }, TroubleSettings { jpeg: Some(80), ..NONE }]
-    {
+    for trouble in [TroubleSettings { noise: Some(4.0), ..NONE }, TroubleSettings { jpeg: Some(80), ..NONE }] {
         let folder = troubled(trouble);
         assert_ne!(picture(&plain, name), picture(&folder, name));
         let now = mean(&linear(&folder, name), |_, _| true);
@@ -208,9 +205,7 @@ fn subjects_look_as_they_are_asked_to() {
     let hands = Look { hands: true, ..Look::default() };
     let raised = taken(hands, 1.0);
     assert_eq!(taken(hands, 0.0).1, usual.1, "no hand is raised");
-    let changed = (raised.0.pixels.iter().zip(&usual.0.pixels))
-        .filter(|(a, b)| (a[1] - b[1]).abs() > 0.03)
-        .count();
+    let changed = (raised.0.pixels.iter().zip(&usual.0.pixels)).filter(|(a, b)| (a[1] - b[1]).abs() > 0.03).count();
     assert!((60..1200).contains(&changed), "{changed} pixels show the hand");
     assert!(area(&raised.1) >= area(&usual.1));
 }
@@ -219,10 +214,7 @@ fn subjects_look_as_they_are_asked_to() {
 fn a_subject_sways_while_the_lamps_go_round_and_tracking_frames_show_it() {
     let still = troubled(TroubleSettings { tracking: Some(3), ..NONE });
     let moved = troubled(TroubleSettings { sway: Some(6.0), tracking: Some(3), ..NONE });
-    assert_eq!(
-        json(&moved.path().join("manifest.json"))["tracking"]["before_lamp"],
-        serde_json::json!([0, 3, 6])
-    );
+    assert_eq!(json(&moved.path().join("manifest.json"))["tracking"]["before_lamp"], serde_json::json!([0, 3, 6]));
     let frames = |folder: &tempfile::TempDir, pose: usize| {
         [0, 1, 2].map(|k| picture(folder, &format!("tracking/pose{pose:02}/frame_{k:02}.png")))
     };
@@ -247,10 +239,7 @@ fn a_subject_sways_while_the_lamps_go_round_and_tracking_frames_show_it() {
     assert!((0.4..=0.76).contains(&farthest), "{farthest}");
     // Truth and matte show the still subject.
     let mask = "exemplar_masks/pose02.png";
-    assert_eq!(
-        read_mask(&moved.path().join(mask)).unwrap(),
-        read_mask(&still.path().join(mask)).unwrap()
-    );
+    assert_eq!(read_mask(&moved.path().join(mask)).unwrap(), read_mask(&still.path().join(mask)).unwrap());
 }
 
 #[test]
@@ -262,14 +251,11 @@ fn a_grid_between_baked_moments_makes_the_picture_of_a_baked_one() {
     let sway = crate::sway::Sway::draw(3.0, 5, 1);
     let bake = |pose: &Pose| Grid::bake(&Subject::new(pose, &look));
     let grids = sway.grids(&still, &look, bake(&still));
-    let taken = |pose: &Pose, grid: &Grid| {
-        picture::take(&dome, pose, grid, (96, 96), &request, Effort::Needed).banks
-    };
+    let taken = |pose: &Pose, grid: &Grid| picture::take(&dome, pose, grid, (96, 96), &request, Effort::Needed).banks;
     let middle = taken(&still, &bake(&still));
     let difference = |a: &[Image], b: &[Image]| {
-        let pixels = |images: &[Image]| -> Vec<[f32; 3]> {
-            images.iter().flat_map(|image| image.pixels.clone()).collect()
-        };
+        let pixels =
+            |images: &[Image]| -> Vec<[f32; 3]> { images.iter().flat_map(|image| image.pixels.clone()).collect() };
         let (a, b) = (pixels(a), pixels(b));
         let squares = a.iter().zip(&b).map(|(a, b)| (a[1] - b[1]).powi(2));
         (squares.sum::<f32>() / a.len() as f32).sqrt()
@@ -317,16 +303,14 @@ fn the_ball_shows_dust_the_room_and_the_photographer() {
             let (x, y) = (i % 32, i / 32);
             (x as f32 - 15.5).hypot(y as f32 - 15.5) < 13.0
         };
-        let mut levels: Vec<f32> =
-            (0..1024).filter(inside).map(|i| luminance(image.pixels[i])).collect();
+        let mut levels: Vec<f32> = (0..1024).filter(inside).map(|i| luminance(image.pixels[i])).collect();
         levels.sort_by(f32::total_cmp);
         levels[levels.len() / 2]
     };
     let plain = dark(&ball(&folder(NONE), lamp));
-    for (what, trouble) in [
-        ("dust", TroubleSettings { dust: Some(0.3), ..NONE }),
-        ("room", TroubleSettings { room: Some(0.3), ..NONE }),
-    ] {
+    for (what, trouble) in
+        [("dust", TroubleSettings { dust: Some(0.3), ..NONE }), ("room", TroubleSettings { room: Some(0.3), ..NONE })]
+    {
         let level = dark(&ball(&folder(trouble), lamp));
         assert!(level > 2.0 * plain, "{what}: {level} and {plain}");
     }
@@ -339,8 +323,7 @@ fn the_photographer_hides_the_room_about_the_balls_middle() {
         let trouble = Trouble { ambient: 0.6, photographer, ..Trouble::default() };
         let room = Room::draw(&mut ChaCha8Rng::seed_from_u64(5));
         let light = InterviewLight::draw(&dome, &trouble, &room, None, 5);
-        let surroundings =
-            Surroundings { dome: &dome, light: &light, room: &room, trouble: &trouble };
+        let surroundings = Surroundings { dome: &dome, light: &light, room: &room, trouble: &trouble };
         let by_room = BallLight { banks: vec![[0.0; 3]; 6], interview: 1.0 };
         Probe::trace(&dome, 128, Some(&surroundings)).image(&by_room, 0.0)
     };
@@ -375,8 +358,7 @@ fn impossible_trouble_is_refused_with_a_sentence() {
         (TroubleSettings { sway: Some(-1.0), ..NONE }, "--sway"),
     ] {
         let settings = StageSettings { trouble, ..SMALL };
-        let error =
-            write_shoot(folder.path(), &settings, &Progress::silent()).unwrap_err().to_string();
+        let error = write_shoot(folder.path(), &settings, &Progress::silent()).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("can be from"), "{error}");
     }
     assert!(contents(folder.path()).is_empty());

@@ -33,8 +33,7 @@ fn radiance(direction: Vec3) -> Vec3 {
         return sky(direction, sun);
     }
     // Surfaces facing the sun are sun-lit, unless a wall shadows them.
-    let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis]
-        * if axis == 1 { 1.0 } else { -p.to_array()[axis].signum() };
+    let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis] * if axis == 1 { 1.0 } else { -p.to_array()[axis].signum() };
     let facing = normal.dot(sun).max(0.0);
     let free = sun * ((high.y - p.y) / sun.y) + p;
     let reaches = ramp(0.0, 0.12, (high.x - free.x).min(high.z - free.z));
@@ -77,8 +76,7 @@ fn sky(direction: Vec3, sun: Vec3) -> Vec3 {
     let height = direction.y.max(0.0);
     let off = direction.angle_between(sun);
     let blue = Vec3::new(1.25, 1.40, 1.55).lerp(Vec3::new(0.28, 0.55, 1.25), height.powf(0.45));
-    let haze =
-        Vec3::new(1.0, 0.92, 0.80) * (3.0 * (-off / 0.22).exp() + 14.0 * (-off / 0.05).exp());
+    let haze = Vec3::new(1.0, 0.92, 0.80) * (3.0 * (-off / 0.22).exp() + 14.0 * (-off / 0.05).exp());
     let p = direction / (direction.y + 0.12);
     let billow = 0.6 * noise(p * Vec3::new(1.4, 0.0, 1.4))
         + 0.3 * noise(p * Vec3::new(3.3, 0.0, 3.3) + 7.0)

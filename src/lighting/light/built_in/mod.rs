@@ -33,8 +33,7 @@ pub struct BuiltIn {
 impl BuiltIn {
     /// The environment at [`Self::WIDTH`], with its title as its name. Made on first use and cached.
     pub fn environment(&self) -> Arc<Environment> {
-        static MADE: [OnceLock<Arc<Environment>>; ALL.len()] =
-            [const { OnceLock::new() }; ALL.len()];
+        static MADE: [OnceLock<Arc<Environment>>; ALL.len()] = [const { OnceLock::new() }; ALL.len()];
         let make = || Arc::new(Environment::from_radiance(self.title, (self.make)(Self::WIDTH)));
         match ALL.iter().position(|own| own.name == self.name) {
             Some(place) => MADE[place].get_or_init(make).clone(),

@@ -36,11 +36,7 @@ static FLAMES: LazyLock<[Vec3; 14]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
         let side = if i % 2 == 0 { -1.0 } else { 1.0 };
         let row = (i / 2) as f32;
-        Vec3::new(
-            side * (2.7 + 0.25 * (row * 2.4).sin()),
-            -0.45 + 0.12 * (row * 1.7).cos(),
-            4.4 - 2.3 * row,
-        )
+        Vec3::new(side * (2.7 + 0.25 * (row * 2.4).sin()), -0.45 + 0.12 * (row * 1.7).cos(), 4.4 - 2.3 * row)
     })
 });
 
@@ -67,8 +63,7 @@ fn radiance(direction: Vec3) -> Vec3 {
     let (p, axis) = wall(direction, low, high);
     let mut light = Vec3::splat(0.012);
     // Daylight from the rose window falls off along the nave; candles warm everything near the floor.
-    light += Vec3::new(0.05, 0.06, 0.09)
-        * (60.0 / ((p - Vec3::new(0.0, 7.0, -26.0)).length_squared() + 30.0));
+    light += Vec3::new(0.05, 0.06, 0.09) * (60.0 / ((p - Vec3::new(0.0, 7.0, -26.0)).length_squared() + 30.0));
     let stones = 0.85 + 0.12 * noise(p * Vec3::new(1.3, 2.2, 1.3)) + 0.06 * noise(p * 5.0);
     let mut seen = Vec3::ZERO;
     match axis {
@@ -96,11 +91,7 @@ fn radiance(direction: Vec3) -> Vec3 {
             let pane = Vec2::new(bay, p.y - 6.4);
             if arch(pane, 0.62, 2.2) > 0.0 {
                 // The sun is on the −X side: those windows burn.
-                let day = if p.x < 0.0 {
-                    Vec3::new(1.25, 1.05, 0.80) * 260.0
-                } else {
-                    Vec3::new(0.7, 0.9, 1.2) * 34.0
-                };
+                let day = if p.x < 0.0 { Vec3::new(1.25, 1.05, 0.80) * 260.0 } else { Vec3::new(0.7, 0.9, 1.2) * 34.0 };
                 seen = stained_glass(Vec2::new(p.z, pane.y)) * day;
             }
             // Arcades below: dark openings between columns, which catch a little light.
@@ -109,9 +100,7 @@ fn radiance(direction: Vec3) -> Vec3 {
         }
         _ if p.y < 0.0 => {
             // Flagstones, with the coloured light of the windows.
-            let flag = (Vec2::new(p.x, p.z) * 0.8 - (Vec2::new(p.x, p.z) * 0.8).floor() - 0.5)
-                .abs()
-                .max_element();
+            let flag = (Vec2::new(p.x, p.z) * 0.8 - (Vec2::new(p.x, p.z) * 0.8).floor() - 0.5).abs().max_element();
             light *= 1.0 - 0.4 * ramp(0.46, 0.49, flag);
             let pool = Vec2::new(p.x - 2.2, (p.z / 4.6 - (p.z / 4.6).floor() - 0.5) * 4.6);
             let throw = (-pool.length_squared() / 1.6).exp();

@@ -16,10 +16,8 @@ pub(super) fn panorama(width: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> 
         .map(|i| {
             let mut sum = Vec3::ZERO;
             for ray in 0..rays * rays {
-                let u =
-                    ((i % width) as f32 + ((ray % rays) as f32 + 0.5) / rays as f32) / width as f32;
-                let v = ((i / width) as f32 + ((ray / rays) as f32 + 0.5) / rays as f32)
-                    / height as f32;
+                let u = ((i % width) as f32 + ((ray % rays) as f32 + 0.5) / rays as f32) / width as f32;
+                let v = ((i / width) as f32 + ((ray / rays) as f32 + 0.5) / rays as f32) / height as f32;
                 sum += radiance(direction_from_uv(u, v));
             }
             (sum / (rays * rays) as f32).to_array()

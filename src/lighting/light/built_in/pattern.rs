@@ -37,8 +37,7 @@ fn lattice(p: Vec3) -> f32 {
 pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), high, low);
     let t = (ahead / direction).to_array();
-    let axis =
-        (0..3).filter(|&i| t[i].is_finite()).min_by(|&a, &b| t[a].total_cmp(&t[b])).unwrap_or(1);
+    let axis = (0..3).filter(|&i| t[i].is_finite()).min_by(|&a, &b| t[a].total_cmp(&t[b])).unwrap_or(1);
     (direction * t[axis], axis)
 }
 
@@ -46,7 +45,6 @@ pub fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
 /// `height` is where the curve begins.
 pub fn arch(p: Vec2, half: f32, height: f32) -> f32 {
     let above = p.y - height;
-    let side =
-        if above > 0.0 { Vec2::new(p.x.abs() + half, above).length() - half } else { p.x.abs() };
+    let side = if above > 0.0 { Vec2::new(p.x.abs() + half, above).length() - half } else { p.x.abs() };
     (half - side).min(p.y)
 }

@@ -41,8 +41,7 @@ pub fn overcast(width: usize) -> Image {
         }
         // Billows of 5 %, present in real clouds and absent from the standard.
         let p = direction / (direction.y + 0.25);
-        let billow =
-            noise(p * Vec3::new(1.3, 0.0, 1.3)) + 0.5 * noise(p * Vec3::new(3.1, 0.0, 3.1));
+        let billow = noise(p * Vec3::new(1.3, 0.0, 1.3)) + 0.5 * noise(p * Vec3::new(3.1, 0.0, 3.1));
         cloud * overcast_gradation(direction.y) * (1.0 + 0.05 * billow)
     })
 }
@@ -58,8 +57,7 @@ fn plain(direction: Vec3, white: Vec3, horizon: Vec3) -> Vec3 {
     let p = direction * (1.6 / -direction.y.min(-1e-3));
     // Detail fades where a texel covers many metres.
     let fine = 1.0 - ramp(8.0, 40.0, p.length());
-    let grain = 0.12 * fine * (noise(p * 1.1) + noise(p * 4.3))
-        + 0.18 * noise(Vec3::new(p.x, 0.0, p.z) * 0.11);
+    let grain = 0.12 * fine * (noise(p * 1.1) + noise(p * 4.3)) + 0.18 * noise(Vec3::new(p.x, 0.0, p.z) * 0.11);
     let ground = Vec3::new(0.23, 0.21, 0.13) * (1.0 + grain) * white;
     let haze = 1.0 - (-p.length() / 400.0).exp();
     ground.lerp(horizon * 0.8, haze)
@@ -84,27 +82,9 @@ impl ClearSky {
         let t = turbidity;
         // Appendix A.2: the parameters of luminance, x and y, each linear in turbidity.
         let lines = [
-            [
-                (0.1787, -1.4630),
-                (-0.3554, 0.4275),
-                (-0.0227, 5.3251),
-                (0.1206, -2.5771),
-                (-0.0670, 0.3703),
-            ],
-            [
-                (-0.0193, -0.2592),
-                (-0.0665, 0.0008),
-                (-0.0004, 0.2125),
-                (-0.0641, -0.8989),
-                (-0.0033, 0.0452),
-            ],
-            [
-                (-0.0167, -0.2608),
-                (-0.0950, 0.0092),
-                (-0.0079, 0.2102),
-                (-0.0441, -1.6537),
-                (-0.0109, 0.0529),
-            ],
+            [(0.1787, -1.4630), (-0.3554, 0.4275), (-0.0227, 5.3251), (0.1206, -2.5771), (-0.0670, 0.3703)],
+            [(-0.0193, -0.2592), (-0.0665, 0.0008), (-0.0004, 0.2125), (-0.0641, -0.8989), (-0.0033, 0.0452)],
+            [(-0.0167, -0.2608), (-0.0950, 0.0092), (-0.0079, 0.2102), (-0.0441, -1.6537), (-0.0109, 0.0529)],
         ];
         let theta = FRAC_PI_2 - elevation;
         let zenith = zenith(t, theta);
@@ -183,8 +163,7 @@ impl ClearSky {
         let white = (sun + self.irradiance()) / std::f32::consts::PI;
         let mut image = panorama(width, |direction| {
             // The model divides by 0 at the horizon.
-            let level =
-                DVec3::new(direction.x.into(), 0.0, direction.z.into()).normalize_or(DVec3::Z);
+            let level = DVec3::new(direction.x.into(), 0.0, direction.z.into()).normalize_or(DVec3::Z);
             if direction.y < 0.0 {
                 return plain(direction, white, self.radiance(level));
             }
@@ -255,22 +234,16 @@ mod tests {
         let elevation = 45f64;
         let sky = sky(2.5, elevation);
         let gradation = |cos: f64| 1.0 - (-0.32 / cos).exp();
-        let indicatrix = |angle: f64| {
-            1.0 + 10.0 * ((-3.0 * angle).exp() - (-3.0 * FRAC_PI_2).exp())
-                + 0.45 * angle.cos().powi(2)
-        };
+        let indicatrix =
+            |angle: f64| 1.0 + 10.0 * ((-3.0 * angle).exp() - (-3.0 * FRAC_PI_2).exp()) + 0.45 * angle.cos().powi(2);
         let to_zenith = (90.0 - elevation).to_radians();
         for (azimuth, up) in [(2.0, 30.0), (3.1, 60.0), (-1.8, 20.0), (4.0, 45.0), (3.6, 75.0)] {
             let up: f64 = f64::to_radians(up);
-            let d =
-                DVec3::new(up.cos() * f64::sin(azimuth), up.sin(), -up.cos() * f64::cos(azimuth));
-            let standard = gradation(d.y) * indicatrix(d.angle_between(sky.sun))
-                / (gradation(1.0) * indicatrix(to_zenith));
+            let d = DVec3::new(up.cos() * f64::sin(azimuth), up.sin(), -up.cos() * f64::cos(azimuth));
+            let standard =
+                gradation(d.y) * indicatrix(d.angle_between(sky.sun)) / (gradation(1.0) * indicatrix(to_zenith));
             let is = sky.luminance_xy(d)[0] / sky.luminance_xy(DVec3::Y)[0];
-            assert!(
-                (is / standard).ln().abs() < 1.4f64.ln(),
-                "{azimuth} {up}: {is} for {standard}"
-            );
+            assert!((is / standard).ln().abs() < 1.4f64.ln(), "{azimuth} {up}: {is} for {standard}");
         }
     }
 

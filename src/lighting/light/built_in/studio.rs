@@ -74,12 +74,7 @@ fn studio(width: usize, room: &Room, boxes: &[Softbox]) -> Image {
         let radians = |degrees: f32| f64::from(degrees).to_radians();
         let (half_width, half_height) = softbox.half;
         let mut add = |outline, softness, share: f64| {
-            let patch = Patch {
-                azimuth: radians(softbox.at.0),
-                elevation: radians(softbox.at.1),
-                outline,
-                softness,
-            };
+            let patch = Patch { azimuth: radians(softbox.at.0), elevation: radians(softbox.at.1), outline, softness };
             let energy = lamp.light.to_array().map(|v| share * f64::from(v));
             patch.add(&mut image, energy);
         };

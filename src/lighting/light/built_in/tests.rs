@@ -27,11 +27,7 @@ fn the_energy_does_not_depend_on_the_resolution() {
         let fine = energy(768);
         for width in [256, 384, 512] {
             for (a, b) in energy(width).into_iter().zip(fine) {
-                assert!(
-                    (a / b - 1.0).abs() < bound,
-                    "{} at {width}: {a} for {b}",
-                    environment.name
-                );
+                assert!((a / b - 1.0).abs() < bound, "{} at {width}: {a} for {b}", environment.name);
             }
         }
     }
@@ -51,11 +47,7 @@ fn the_brightest_light_is_where_the_sentence_says() {
         let panorama = Environment::from_radiance(name, (named(name).unwrap().make)(512));
         let light = &brightest::areas(&panorama, 1)[0];
         let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-        let wanted = Vec3::new(
-            elevation.cos() * azimuth.sin(),
-            elevation.sin(),
-            -elevation.cos() * azimuth.cos(),
-        );
+        let wanted = Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos());
         let off = light.direction.angle_between(wanted).to_degrees();
         assert!(off < 2.0 && light.share > 0.3, "{name}: {light:?} is {off}° off");
     }

@@ -21,9 +21,7 @@ fn sky() -> Image {
     Image::from_fn(512, 256, |x, y| {
         let d = latlong::texel_direction(x, y, 512, 256).as_dvec3();
         std::array::from_fn(|c| {
-            let light = lamps
-                .iter()
-                .map(|(to, color)| color[c] * (8.0 * (d.dot(to.normalize()) - 1.0)).exp());
+            let light = lamps.iter().map(|(to, color)| color[c] * (8.0 * (d.dot(to.normalize()) - 1.0)).exp());
             (0.1 + light.sum::<f64>()) as f32
         })
     })
@@ -55,9 +53,7 @@ fn bilinear(picture: &Image, x: f64, y: f64) -> [f64; 3] {
     };
     let (fx, fy) = (x - x.floor(), y - y.floor());
     let [a, b, c, d] = [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)];
-    std::array::from_fn(|i| {
-        (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
-    })
+    std::array::from_fn(|i| (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i]))
 }
 
 /// Cycles: `direction_to_equirectangular` of kernel/camera/projection.h after a Mapping node of type Point, which
@@ -96,10 +92,9 @@ fn a_mirror_ball_looks_the_same_in_blender_and_mitsuba_at_the_printed_value() {
     for yaw_deg in [0.0, 35.0, -110.0, 180.0] {
         let shown = ours(yaw_deg);
         // Half of one of Mitsuba's rows is 0.35°, over which these lamps change by a hundredth.
-        for (tool, look, bound) in [
-            (Tool::Blender, blender as fn(&Image, f64, DVec3) -> [f64; 3], 1e-4),
-            (Tool::Mitsuba, mitsuba, 5e-3),
-        ] {
+        for (tool, look, bound) in
+            [(Tool::Blender, blender as fn(&Image, f64, DVec3) -> [f64; 3], 1e-4), (Tool::Mitsuba, mitsuba, 5e-3)]
+        {
             let value = f64::from(tool.value_of_yaw(yaw_deg));
             let theirs = ball(|d| look(&file, value, d));
             let off = apart(&shown, &theirs);

@@ -31,8 +31,7 @@ pub enum Tool {
 
 impl Tool {
     /// All tools.
-    pub const ALL: [Self; 5] =
-        [Self::OpenExr, Self::Nuke, Self::Mitsuba, Self::ThreeJs, Self::Blender];
+    pub const ALL: [Self; 5] = [Self::OpenExr, Self::Nuke, Self::Mitsuba, Self::ThreeJs, Self::Blender];
 
     /// Name in the window.
     pub fn title(self) -> &'static str {
@@ -51,12 +50,8 @@ impl Tool {
             Self::OpenExr => "rotateY of the DomeLight, in degrees",
             Self::Nuke => "rotate y of the GeoDomeLight, in degrees",
             Self::Mitsuba => "to_world of the envmap: rotate about y, in degrees",
-            Self::ThreeJs => {
-                "scene.environmentRotation.y and backgroundRotation.y, here in degrees"
-            }
-            Self::Blender => {
-                "Rotation Z of the Mapping node (type Point) before the texture, in degrees"
-            }
+            Self::ThreeJs => "scene.environmentRotation.y and backgroundRotation.y, here in degrees",
+            Self::Blender => "Rotation Z of the Mapping node (type Point) before the texture, in degrees",
         }
     }
 
@@ -151,11 +146,7 @@ impl FromStr for Front {
 
     /// Parses a tool's name, or the yaw in degrees that centres the front.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let name: String = text
-            .chars()
-            .filter(char::is_ascii_alphanumeric)
-            .collect::<String>()
-            .to_ascii_lowercase();
+        let name: String = text.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
         let tool = match name.as_str() {
             "afterlight" => return Ok(Self::default()),
             "openexr" | "exr" | "usd" => Tool::OpenExr,
@@ -164,10 +155,8 @@ impl FromStr for Front {
             "threejs" => Tool::ThreeJs,
             "blender" => Tool::Blender,
             _ => {
-                let [yaw_deg] = numbers(
-                    text,
-                    "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw",
-                )?;
+                let [yaw_deg] =
+                    numbers(text, "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw")?;
                 let yaw_deg = yaw_deg as f32;
                 return if numbers::ANGLES.contains(&yaw_deg) {
                     Ok(Self::new(yaw_deg))

@@ -23,12 +23,8 @@ pub enum Interpolation {
 
 impl Interpolation {
     /// All interpolations with their menu titles.
-    pub const ALL: [(Self, &'static str); 4] = [
-        (Self::Smooth, "Smooth"),
-        (Self::Linear, "Linear"),
-        (Self::Hold, "Hold"),
-        (Self::Bezier, "Bézier"),
-    ];
+    pub const ALL: [(Self, &'static str); 4] =
+        [(Self::Smooth, "Smooth"), (Self::Linear, "Linear"), (Self::Hold, "Hold"), (Self::Bezier, "Bézier")];
 
     /// True if tangents shape the curve.
     pub fn is_cubic(self) -> bool {

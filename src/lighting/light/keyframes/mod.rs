@@ -80,17 +80,10 @@ impl Keyframes {
     /// curve.
     fn between(&self, frame: f64) -> Key {
         let next = self.keys.partition_point(|key| key.frame <= frame);
-        let Some(before) = next.checked_sub(1) else {
-            return Key::default();
-        };
+        let Some(before) = next.checked_sub(1) else { return Key::default() };
         let cuts = next < self.keys.len() && self.kind(before) == Interpolation::Bezier;
         let slope = cuts.then(|| self.bezier(before).slope(frame));
-        Key {
-            interpolation: self.keys[before].interpolation,
-            slope_in: slope,
-            slope_out: slope,
-            ..Key::default()
-        }
+        Key { interpolation: self.keys[before].interpolation, slope_in: slope, slope_out: slope, ..Key::default() }
     }
 
     /// Adds a key and replaces an existing one at its frame. Returns its index.
@@ -212,10 +205,7 @@ impl Keyframes {
 
     /// Curve from the key at `index` to the next, with the slopes of [`Interpolation::Smooth`].
     fn smooth(&self, index: usize) -> Cubic {
-        Cubic {
-            ends: [self.keys[index], self.keys[index + 1]],
-            slopes: [self.slope(index), self.slope(index + 1)],
-        }
+        Cubic { ends: [self.keys[index], self.keys[index + 1]], slopes: [self.slope(index), self.slope(index + 1)] }
     }
 
     /// The same curve, with slopes set by hand where they exist.

@@ -247,7 +247,8 @@ fn a_key_that_is_given_another_value_or_frame_keeps_what_else_it_has() {
 #[test]
 fn a_file_has_no_more_than_it_needs_and_is_refused_if_a_number_is_none() {
     let mut keys = keyframes(&[(0.0, 1.0), (8.0, 3.0)], Interpolation::Smooth);
-    let plain = "interpolation = \"smooth\"\n\n[[keys]]\nframe = 0.0\nvalue = 1.0\n\n[[keys]]\nframe = 8.0\nvalue = 3.0\n";
+    let plain =
+        "interpolation = \"smooth\"\n\n[[keys]]\nframe = 0.0\nvalue = 1.0\n\n[[keys]]\nframe = 8.0\nvalue = 3.0\n";
     assert_eq!(toml::to_string(&keys).unwrap(), plain, "same text as before tangents existed");
     keys.set_kind(0, Interpolation::Bezier);
     keys.set_slopes(0, [None, Some(0.5)]).unwrap();

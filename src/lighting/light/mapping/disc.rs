@@ -65,9 +65,8 @@ impl Profile {
                 let mut i = (psi / (2.0 - k - q)).min(FRAC_PI_2);
                 for _ in 0..30 {
                     let (sin, cos) = i.sin_cos();
-                    let slope = 2.0
-                        - k * cos / (1.0 - k * k * sin * sin).sqrt()
-                        - q * cos / (1.0 - q * q * sin * sin).sqrt();
+                    let slope =
+                        2.0 - k * cos / (1.0 - k * k * sin * sin).sqrt() - q * cos / (1.0 - q * q * sin * sin).sqrt();
                     let step = (2.0 * i - (k * sin).asin() - (q * sin).asin() - psi) / slope;
                     i -= step;
                     if step.abs() < 1e-14 {
@@ -116,11 +115,7 @@ impl Disc {
             return None;
         }
         // Along the axis every side is equivalent.
-        let (right, up) = if sideways > 0.0 {
-            (direction.x / sideways, direction.y / sideways)
-        } else {
-            (1.0, 0.0)
-        };
+        let (right, up) = if sideways > 0.0 { (direction.x / sideways, direction.y / sideways) } else { (1.0, 0.0) };
         let reach = r * self.radius;
         Some((self.centre[0] + reach * right, self.centre[1] - reach * up))
     }
@@ -152,8 +147,7 @@ impl Disc {
                     return 0.0;
                 }
                 let (top, bottom) = (horizontal[i], horizontal[i + width]);
-                let (left, right) =
-                    (vertical[y * (width + 1) + x], vertical[y * (width + 1) + x + 1]);
+                let (left, right) = (vertical[y * (width + 1) + x], vertical[y * (width + 1) + x + 1]);
                 (top + right - bottom - left).max(0.0)
             })
             .collect()

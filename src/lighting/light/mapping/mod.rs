@@ -59,8 +59,7 @@ pub enum Mapping {
 
 impl Mapping {
     /// All mappings.
-    pub const ALL: [Self; 5] =
-        [Self::LatLong, Self::Angular, Self::MirrorBall, Self::CubeCross, Self::CubeStrip];
+    pub const ALL: [Self; 5] = [Self::LatLong, Self::Angular, Self::MirrorBall, Self::CubeCross, Self::CubeStrip];
 
     /// Unit direction at the place (u, v); `None` if the picture shows nothing there.
     pub fn direction(self, u: f64, v: f64) -> Option<DVec3> {
@@ -121,10 +120,7 @@ impl Mapping {
         let (fits, expected) = match self {
             Self::LatLong => (width > 0 && height > 0, "at least one pixel"),
             Self::Angular | Self::MirrorBall => (width > 0 && width == height, "a square picture"),
-            Self::CubeCross => (
-                width > 0 && width.is_multiple_of(4) && width / 4 * 3 == height,
-                "4×3 square faces",
-            ),
+            Self::CubeCross => (width > 0 && width.is_multiple_of(4) && width / 4 * 3 == height, "4×3 square faces"),
             Self::CubeStrip => (height > 0 && width == 6 * height, "6×1 square faces"),
         };
         if fits && u32::try_from(width.saturating_mul(height)).is_ok() {
@@ -184,12 +180,7 @@ pub struct Converted {
 ///
 /// # Errors
 /// When either size does not suit its mapping.
-pub fn convert(
-    image: &Image,
-    from: Mapping,
-    to: Mapping,
-    size: (usize, usize),
-) -> Result<Converted> {
+pub fn convert(image: &Image, from: Mapping, to: Mapping, size: (usize, usize)) -> Result<Converted> {
     convert_turned(image, from, to, size, Quat::IDENTITY)
 }
 

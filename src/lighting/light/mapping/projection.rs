@@ -91,13 +91,7 @@ impl Projection {
     }
 
     /// Face whose cell contains the place (x, y) in pixels.
-    fn face_at(
-        &self,
-        faces: &'static [Face; 6],
-        edge: usize,
-        x: f64,
-        y: f64,
-    ) -> Option<&'static Face> {
+    fn face_at(&self, faces: &'static [Face; 6], edge: usize, x: f64, y: f64) -> Option<&'static Face> {
         let cell = |p: f64, end: usize| (p.min(end as f64 - 1e-9) / edge as f64).floor();
         let (column, row) = (cell(x, self.width), cell(y, self.height));
         faces.iter().find(|f| (f64::from(f.cell.0), f64::from(f.cell.1)) == (column, row))
@@ -114,9 +108,7 @@ impl Projection {
             }
             Kind::Cube(faces, edge) => {
                 let edge = *edge as f64;
-                let face = faces
-                    .iter()
-                    .max_by(|a, b| a.ahead.dot(direction).total_cmp(&b.ahead.dot(direction)))?;
+                let face = faces.iter().max_by(|a, b| a.ahead.dot(direction).total_cmp(&b.ahead.dot(direction)))?;
                 let along = |axis: DVec3| axis.dot(direction) / face.ahead.dot(direction);
                 // A place on a face's far edge would fall into the next cell.
                 let inside = |p: f64| (0.5 + 0.5 * p).clamp(0.0, 1.0 - 1e-9);
@@ -162,8 +154,7 @@ impl Projection {
     /// True if this pixel, which shows something, and those right of and below it lie within the picture and its
     /// borders.
     fn is_interior(&self, column: i64, row: i64) -> bool {
-        if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64
-        {
+        if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64 {
             return false;
         }
         match &self.kind {
@@ -221,9 +212,9 @@ impl Projection {
     pub fn solid_angles(&self) -> Vec<f64> {
         let (width, height) = (self.width, self.height);
         match &self.kind {
-            Kind::LatLong => (0..height)
-                .flat_map(|y| std::iter::repeat_n(texel_solid_angle(y, width, height), width))
-                .collect(),
+            Kind::LatLong => {
+                (0..height).flat_map(|y| std::iter::repeat_n(texel_solid_angle(y, width, height), width)).collect()
+            }
             &Kind::Cube(faces, edge) => {
                 // Solid angle of the rectangle from a face's middle to (a, b), both signed.
                 let corner = |a: f64, b: f64| (a * b).atan2((a * a + b * b + 1.0).sqrt());

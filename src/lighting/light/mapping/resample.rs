@@ -39,13 +39,7 @@ struct Sample {
 /// Resamples a picture of finite values. `usable` is the share of each source pixel's area that belongs to the
 /// picture. Pixels of 0 are left out, and directions that only they show count as not shown. A direction ω of the
 /// source is `turn`·ω in the target.
-pub fn resample(
-    picture: &Image,
-    source: &Projection,
-    usable: &[f32],
-    target: &Projection,
-    turn: DQuat,
-) -> Resampled {
+pub fn resample(picture: &Image, source: &Projection, usable: &[f32], target: &Projection, turn: DQuat) -> Resampled {
     let plan = Plan::new(source, usable, target, turn);
     let factors = plan.balanced();
     let smooth = eroded(picture, usable);
@@ -75,24 +69,17 @@ pub fn resample(
         let after: f64 = sums.iter().map(|sum| sum[c]).sum();
         if after > 0.0 { before / after } else { 1.0 }
     });
-    let pixels = sums
-        .iter()
-        .zip(&plan.shown_angles)
-        .map(|(sum, &angle)| {
-            // The mean over the visible part is its energy divided by its solid angle.
-            std::array::from_fn(|c| {
-                if angle > 0.0 {
-                    ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32
-                } else {
-                    0.0
-                }
+    let pixels =
+        sums.iter()
+            .zip(&plan.shown_angles)
+            .map(|(sum, &angle)| {
+                // The mean over the visible part is its energy divided by its solid angle.
+                std::array::from_fn(|c| {
+                    if angle > 0.0 { ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32 } else { 0.0 }
+                })
             })
-        })
-        .collect();
-    Resampled {
-        image: Image { width: target.width, height: target.height, pixels },
-        shown: plan.shown,
-    }
+            .collect();
+    Resampled { image: Image { width: target.width, height: target.height, pixels }, shown: plan.shown }
 }
 
 /// Minimum of each usable pixel and its usable neighbours.
@@ -184,16 +171,14 @@ impl Sampling<'_> {
     fn target_sample(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
         let (direction, in_target) = self.target.look(x, y)?;
         let alone = in_target / (self.n * self.n) as f64;
-        let seen =
-            self.source.place(self.turn.inverse() * direction).filter(|&place| self.shows(place));
+        let seen = self.source.place(self.turn.inverse() * direction).filter(|&place| self.shows(place));
         Some(seen.ok_or(alone).map(|(x, y)| {
             Sample {
                 target: pixel as u32,
                 x: x as f32,
                 y: y as f32,
                 // Where the source is infinitely dense, only the target's samples count.
-                weight: self.source.look(x, y).map_or(alone, |(_, d)| self.weight(in_target, d))
-                    as f32,
+                weight: self.source.look(x, y).map_or(alone, |(_, d)| self.weight(in_target, d)) as f32,
             }
         }))
     }
@@ -298,14 +283,7 @@ fn shares_shown(samples: &[Sample], missed: &[f64], angles: &[f64], all: f64) ->
 
 impl<'a> Plan<'a> {
     fn new(source: &'a Projection, usable: &'a [f32], target: &Projection, turn: DQuat) -> Self {
-        let sampling = Sampling {
-            source,
-            usable,
-            target,
-            turn,
-            n: grid(target, source),
-            m: grid(source, target),
-        };
+        let sampling = Sampling { source, usable, target, turn, n: grid(target, source), m: grid(source, target) };
         let mut source_angles = source.solid_angles();
         for (angle, &usable) in source_angles.iter_mut().zip(usable) {
             *angle = if usable > 0.0 { *angle } else { 0.0 };
@@ -338,15 +316,10 @@ impl<'a> Plan<'a> {
     /// Source pixels interpolated by a sample, with shares that add up to 1.
     fn interpolated(&self, sample: &Sample) -> impl Iterator<Item = (usize, f32)> {
         let around = self.source.neighbours(f64::from(sample.x), f64::from(sample.y));
-        let shares = around.map(|(pixel, share)| {
-            pixel.map_or((0, 0.0), |pixel| (pixel, share * self.usable[pixel]))
-        });
+        let shares = around.map(|(pixel, share)| pixel.map_or((0, 0.0), |pixel| (pixel, share * self.usable[pixel])));
         let all: f32 = shares.iter().map(|(_, share)| share).sum();
         let factor = if all > 0.0 { 1.0 / all } else { 0.0 };
-        shares
-            .into_iter()
-            .filter(|(_, share)| *share > 0.0)
-            .map(move |(pixel, share)| (pixel, share * factor))
+        shares.into_iter().filter(|(_, share)| *share > 0.0).map(move |(pixel, share)| (pixel, share * factor))
     }
 
     /// Scales the target pixels and the source pixels in turn.
@@ -359,8 +332,7 @@ impl<'a> Plan<'a> {
             let sum = |target: usize| -> f64 {
                 let parts = self.samples_of(target).iter().map(|sample| {
                     let parts = self.interpolated(sample);
-                    let sum: f64 =
-                        parts.map(|(pixel, share)| f64::from(share) * source[pixel]).sum();
+                    let sum: f64 = parts.map(|(pixel, share)| f64::from(share) * source[pixel]).sum();
                     f64::from(sample.weight) * sum
                 });
                 parts.sum()
@@ -387,8 +359,7 @@ impl<'a> Plan<'a> {
                     sums
                 })
                 .collect();
-            let sums: Vec<f64> =
-                (0..source.len()).map(|i| parts.iter().map(|sums| sums[i]).sum()).collect();
+            let sums: Vec<f64> = (0..source.len()).map(|i| parts.iter().map(|sums| sums[i]).sum()).collect();
             source = factors(&self.source_angles, &sums);
             exact = even;
             even = target(&source);

@@ -36,12 +36,7 @@ struct Part {
 impl Canvas {
     /// A canvas at the picture's full size.
     pub fn whole((width, height): (usize, usize)) -> Self {
-        Self {
-            image: Image::filled(width, height, [0.0; 3]),
-            shrink: None,
-            painted: vec![0.0; height],
-            extend: false,
-        }
+        Self { image: Image::filled(width, height, [0.0; 3]), shrink: None, painted: vec![0.0; height], extend: false }
     }
 
     /// Columns and rows after [`Self::lat_long`].
@@ -81,9 +76,7 @@ impl Canvas {
             return;
         };
         let Shrink { columns, rows, infinite, brightest, repaired } = shrink;
-        let Some(&row) = rows.get(y) else {
-            return;
-        };
+        let Some(&row) = rows.get(y) else { return };
         let (width, height) = self.image.size();
         let count = columns.len();
         let columns = columns.get(x..).unwrap_or(&[]);
@@ -106,8 +99,7 @@ impl Canvas {
                             self.image.pixels[at][c] += share * value;
                             *brightest = brightest.max(value);
                         } else {
-                            let shares = infinite
-                                .get_or_insert_with(|| Image::filled(width, height, [0.0; 3]));
+                            let shares = infinite.get_or_insert_with(|| Image::filled(width, height, [0.0; 3]));
                             shares.pixels[at][c] += share;
                         }
                     }
@@ -153,9 +145,8 @@ fn extend(image: &mut Image, painted: &[f32]) {
         if painted[y] < 0.999 {
             row.iter_mut().flatten().for_each(|value| *value /= painted[y].max(1e-3));
         }
-        let mean: [f32; 3] = std::array::from_fn(|c| {
-            (row.iter().map(|p| f64::from(p[c])).sum::<f64>() / width as f64) as f32
-        });
+        let mean: [f32; 3] =
+            std::array::from_fn(|c| (row.iter().map(|p| f64::from(p[c])).sum::<f64>() / width as f64) as f32);
         if y == first {
             image.pixels[..first * width].fill(mean);
         }
@@ -199,11 +190,7 @@ fn parts(source: usize, target: usize, measure: impl Fn(f64, f64) -> f64) -> Vec
             let share = |t: usize| {
                 let (start, end) = (t as f64 * ratio, (t + 1) as f64 * ratio);
                 let (from, to) = (from.max(start), to.min(end));
-                if t < target && to - from > 1e-9 {
-                    (measure(from, to) / measure(start, end)) as f32
-                } else {
-                    0.0
-                }
+                if t < target && to - from > 1e-9 { (measure(from, to) / measure(start, end)) as f32 } else { 0.0 }
             };
             Part { target: first, share: share(first), next: share(first + 1) }
         })

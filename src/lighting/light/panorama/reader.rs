@@ -67,9 +67,7 @@ impl Sink for PanoramaReader<'_> {
     }
 
     fn run(&mut self, x: usize, y: usize, light: &[[f32; 3]], _: &[f32]) {
-        let Some((canvas, top)) = &mut self.canvas else {
-            return;
-        };
+        let Some((canvas, top)) = &mut self.canvas else { return };
         if !matches!(self.coding, Coding::Light(_)) {
             let is_clipped = |texel: &&[f32; 3]| texel.iter().any(|v| *v >= 0.999_99);
             self.clipped += light.iter().filter(is_clipped).count();
@@ -135,10 +133,7 @@ impl<'a> PanoramaReader<'a> {
         }
         if width == height {
             return Err(Error::invalid(
-                format!(
-                    "{} is square, {width}×{height} pixels; a lat-long panorama is 2:1",
-                    self.path.display()
-                ),
+                format!("{} is square, {width}×{height} pixels; a lat-long panorama is 2:1", self.path.display()),
                 "Choose mirror ball or angular map (light probe) as its mapping, or convert it to a lat-long",
             ));
         }
@@ -158,9 +153,7 @@ impl<'a> PanoramaReader<'a> {
             canvas.extend = true;
             return Ok((canvas, (full.1 - height) / 2));
         }
-        self.notes.push(format!(
-            "{width}×{height} pixels are not 2:1 and are stretched over the whole sphere.{other}"
-        ));
+        self.notes.push(format!("{width}×{height} pixels are not 2:1 and are stretched over the whole sphere.{other}"));
         Ok((self.lat_long(size)?, 0))
     }
 

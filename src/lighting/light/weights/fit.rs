@@ -89,11 +89,8 @@ impl Fit {
         // Blur missing from the points' own. It must reach from point to point, or the points stay unchanged.
         let lacking = time_of(sigma) - blurred;
         let enough = lacking < blurred;
-        let places = if enough {
-            points.clone()
-        } else {
-            spiral(((40.0 / (sigma * sigma)) as usize).clamp(64, POINTS))
-        };
+        let places =
+            if enough { points.clone() } else { spiral(((40.0 / (sigma * sigma)) as usize).clamp(64, POINTS)) };
         let (further, end) = HeatKernel::new(lacking.max(blurred)).ended(1e-4);
         let blur = places.par_iter().enumerate().map(|(i, place)| {
             if enough {
@@ -113,11 +110,9 @@ impl Fit {
         let mut spreads = times.clone();
         spreads.sort_by(f64::total_cmp);
         spreads.dedup();
-        let kernels: Vec<HeatKernel> =
-            (spreads.par_iter()).map(|t| HeatKernel::new(t + blurred)).collect();
-        let kernels: Vec<&HeatKernel> = (times.iter())
-            .map(|t| &kernels[spreads.partition_point(|spread| spread < t)])
-            .collect();
+        let kernels: Vec<HeatKernel> = (spreads.par_iter()).map(|t| HeatKernel::new(t + blurred)).collect();
+        let kernels: Vec<&HeatKernel> =
+            (times.iter()).map(|t| &kernels[spreads.partition_point(|spread| spread < t)]).collect();
         let at_points: Vec<Vec<f64>> = points
             .par_iter()
             .map(|point| {
@@ -145,11 +140,7 @@ impl Fit {
                 .par_iter()
                 .map(|sitter| {
                     let pixels = sitter.pixels.iter().flat_map(|pixel| {
-                        summed(
-                            &mut pixel
-                                .iter()
-                                .map(|&(i, v)| (usize::from(i), solid_angle() * f64::from(v))),
-                        )
+                        summed(&mut pixel.iter().map(|&(i, v)| (usize::from(i), solid_angle() * f64::from(v))))
                     });
                     (sitter, pixels.collect())
                 })
@@ -250,11 +241,7 @@ impl Fit {
                     let [shown, shown_start] = [a, b].map(|v| v.powf(DISPLAY));
                     error += (shown_start - shown).powi(2);
                     let tangent = DISPLAY * shown / a;
-                    let slope = if (b - a).abs() < 1e-3 * a {
-                        tangent
-                    } else {
-                        (shown_start - shown) / (b - a)
-                    };
+                    let slope = if (b - a).abs() < 1e-3 * a { tangent } else { (shown_start - shown) / (b - a) };
                     (exposure * slope).powi(2)
                 })
                 .collect();

@@ -88,9 +88,7 @@ mod tests {
         let t = time_of(5f64.to_radians());
         let (whole, (ended, end)) = (HeatKernel::new(t), HeatKernel::new(t).ended(1e-5));
         let rest = |cosine: f64| ended.at(cosine) / whole.at(1.0);
-        assert!(
-            rest(end) < 1e-9 && rest(end - 1e-3) == 0.0 && (0.0..1e-4).contains(&rest(end + 1e-3))
-        );
+        assert!(rest(end) < 1e-9 && rest(end - 1e-3) == 0.0 && (0.0..1e-4).contains(&rest(end + 1e-3)));
         for degrees in [0.0f64, 3.0, 10.0, 20.0] {
             let cosine = degrees.to_radians().cos();
             assert!((whole.at(cosine) - ended.at(cosine)).abs() <= 1.001e-5 * whole.at(1.0));

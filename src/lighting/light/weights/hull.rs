@@ -23,11 +23,8 @@ impl Hull {
         // displacement by a millionth of a radian decides the facets; shares come from the points themselves. Points
         // on a sphere are all corners of their hull.
         let given = points;
-        let points: Vec<DVec3> = points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| (*p + 1e-6 * displacement(i)).normalize())
-            .collect();
+        let points: Vec<DVec3> =
+            points.iter().enumerate().map(|(i, p)| (*p + 1e-6 * displacement(i)).normalize()).collect();
         let first = tetrahedron(&points);
         let inside = first.iter().map(|&i| points[i]).sum::<DVec3>() / 4.0;
         let normal = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
@@ -35,12 +32,10 @@ impl Hull {
             if normal([a, b, c]).dot(points[a] - inside) > 0.0 { [a, b, c] } else { [a, c, b] }
         };
         let [a, b, c, d] = first;
-        let mut facets: Vec<[usize; 3]> =
-            [[a, b, c], [a, b, d], [a, c, d], [b, c, d]].map(outward).to_vec();
+        let mut facets: Vec<[usize; 3]> = [[a, b, c], [a, b, d], [a, c, d], [b, c, d]].map(outward).to_vec();
         for p in (0..points.len()).filter(|p| !first.contains(p)) {
-            let (seen, hidden): (Vec<_>, Vec<_>) = facets
-                .iter()
-                .partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
+            let (seen, hidden): (Vec<_>, Vec<_>) =
+                facets.iter().partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
             let edges: Vec<[usize; 2]> =
                 seen.iter().flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]]).collect();
             // Neighbours traverse their common edge in opposite directions; an edge of the horizon belongs to only
@@ -88,9 +83,7 @@ fn displacement(i: usize) -> DVec3 {
 /// Four points that span a volume, chosen far apart.
 fn tetrahedron(points: &[DVec3]) -> [usize; 4] {
     let farthest = |distance: &dyn Fn(DVec3) -> f64| {
-        (0..points.len())
-            .max_by(|&i, &j| distance(points[i]).total_cmp(&distance(points[j])))
-            .unwrap_or(0)
+        (0..points.len()).max_by(|&i, &j| distance(points[i]).total_cmp(&distance(points[j]))).unwrap_or(0)
     };
     let a = 0;
     let b = farthest(&|p| p.distance_squared(points[a]));
@@ -109,8 +102,7 @@ mod tests {
     fn lattice(n: usize) -> Vec<DVec3> {
         (0..n)
             .map(|i| {
-                let (y, turn) =
-                    (1.0 - (2.0 * i as f64 + 1.0) / n as f64, i as f64 * 2.399_963_229_728_653);
+                let (y, turn) = (1.0 - (2.0 * i as f64 + 1.0) / n as f64, i as f64 * 2.399_963_229_728_653);
                 DVec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
             })
             .collect()
@@ -136,12 +128,8 @@ mod tests {
             let hull = Hull::from_points(&points);
             for direction in lattice(1000) {
                 let (facet, shares) = hull.locate(direction);
-                assert!(
-                    shares.iter().all(|s| *s >= 0.0)
-                        && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12
-                );
-                let mean: DVec3 =
-                    facet.corners.iter().zip(shares).map(|(&i, s)| points[i] * s).sum();
+                assert!(shares.iter().all(|s| *s >= 0.0) && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+                let mean: DVec3 = facet.corners.iter().zip(shares).map(|(&i, s)| points[i] * s).sum();
                 assert!(mean.normalize().distance(direction) < 1e-12);
             }
         }
@@ -153,8 +141,7 @@ mod tests {
         let hull = Hull::from_points(&points);
         for (i, point) in points.iter().enumerate() {
             let (facet, shares) = hull.locate(*point);
-            let own =
-                facet.corners.iter().position(|&c| c == i).expect("the facet touches the point");
+            let own = facet.corners.iter().position(|&c| c == i).expect("the facet touches the point");
             assert!(shares[own] > 1.0 - 1e-12);
         }
     }

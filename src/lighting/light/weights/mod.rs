@@ -32,9 +32,7 @@ use std::sync::Arc;
 pub use turned::rotation;
 
 /// Kind of [`Partition`] that distributes an environment over the lamps.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
     /// All light from a direction to the nearest lamp.
@@ -127,10 +125,8 @@ impl Partition {
     pub fn cells(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::from_rig(rig);
         Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
-            let nearest = nodes
-                .real()
-                .enumerate()
-                .max_by(|(_, a), (_, b)| a.dot(direction).total_cmp(&b.dot(direction)));
+            let nearest =
+                nodes.real().enumerate().max_by(|(_, a), (_, b)| a.dot(direction).total_cmp(&b.dot(direction)));
             vec![(nearest.map_or(0, |(node, _)| node as u16), 1.0)]
         })
     }
@@ -179,14 +175,7 @@ impl Partition {
             };
             (texels.concat(), ends.collect(), covered, rule)
         };
-        Self {
-            width,
-            height,
-            shares,
-            ends,
-            covered,
-            division: Arc::new(LampDivision { rule, lamp_energy }),
-        }
+        Self { width, height, shares, ends, covered, division: Arc::new(LampDivision { rule, lamp_energy }) }
     }
 
     /// Weights of an environment rotated by `yaw_deg`; positive moves its content towards larger u. An environment
@@ -206,9 +195,7 @@ impl Partition {
                 let before = row[from];
                 from = if from + 1 == self.width { 0 } else { from + 1 };
                 *energy = std::array::from_fn(|c| {
-                    solid_angle
-                        * (fraction * f64::from(before[c])
-                            + (1.0 - fraction) * f64::from(row[from][c]))
+                    solid_angle * (fraction * f64::from(before[c]) + (1.0 - fraction) * f64::from(row[from][c]))
                 });
             }
         }))
@@ -216,11 +203,8 @@ impl Partition {
 
     /// Energies of the nodes when `row` writes the energies of each row's texels.
     fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
-        let mut gathered = NodeEnergies {
-            nodes: vec![[0.0f64; 3]; self.division.nodes()],
-            uncovered: [0.0; 3],
-            total: [0.0; 3],
-        };
+        let mut gathered =
+            NodeEnergies { nodes: vec![[0.0f64; 3]; self.division.nodes()], uncovered: [0.0; 3], total: [0.0; 3] };
         let mut energies = vec![[0.0f64; 3]; self.width];
         for y in 0..self.height {
             row(y, &mut energies);
@@ -240,9 +224,7 @@ impl Partition {
     /// Nodes that share the texel's energy; empty without lamps.
     pub(super) fn texel(&self, x: usize, y: usize) -> &[(u16, f32)] {
         let texel = y * self.width + x;
-        let Some(&end) = self.ends.get(texel) else {
-            return &[];
-        };
+        let Some(&end) = self.ends.get(texel) else { return &[] };
         let start = if texel == 0 { 0 } else { self.ends[texel - 1] };
         &self.shares[start as usize..end as usize]
     }
@@ -291,10 +273,7 @@ impl LampDivision {
             }
         }
         let (all, uncovered) = (luminance(gathered.total), luminance(gathered.uncovered));
-        LightWeights {
-            per_lamp,
-            uncovered: if all > 0.0 { (uncovered / all).min(1.0) as f32 } else { 0.0 },
-        }
+        LightWeights { per_lamp, uncovered: if all > 0.0 { (uncovered / all).min(1.0) as f32 } else { 0.0 } }
     }
 }
 

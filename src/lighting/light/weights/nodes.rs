@@ -58,8 +58,7 @@ impl Nodes {
     fn fill_gaps(&mut self) {
         let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
         let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
-        let candidates: Vec<DVec3> =
-            (0..96 * 48).map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3()).collect();
+        let candidates: Vec<DVec3> = (0..96 * 48).map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3()).collect();
         // Cosine of the angle from each candidate to its nearest node.
         let mut nearest = vec![-1.0f64; candidates.len()];
         let mut known = 0;
@@ -70,9 +69,7 @@ impl Nodes {
                 }
             }
             known = self.directions.len();
-            let emptiest = (0..candidates.len())
-                .min_by(|&i, &j| nearest[i].total_cmp(&nearest[j]))
-                .unwrap_or(0);
+            let emptiest = (0..candidates.len()).min_by(|&i, &j| nearest[i].total_cmp(&nearest[j])).unwrap_or(0);
             if nearest[emptiest] >= limit {
                 return;
             }
@@ -120,9 +117,7 @@ impl Nodes {
                 let sum: f64 = shares.iter().sum();
                 let given = self.lamps.iter().zip(shares).filter(|(_, share)| **share > 0.0);
                 given
-                    .flat_map(|(lamps, share)| {
-                        lamps.iter().map(move |&l| (l, share / sum / lamps.len() as f64))
-                    })
+                    .flat_map(|(lamps, share)| lamps.iter().map(move |&l| (l, share / sum / lamps.len() as f64)))
                     .collect()
             })
             .collect()

@@ -29,10 +29,8 @@ struct Finish {
 }
 
 /// Skin is between these two.
-const FINISHES: [Finish; 2] = [
-    Finish { albedo: 0.5, mirror: 0.0, roughness: 1.0 },
-    Finish { albedo: 0.08, mirror: 0.035, roughness: 0.2 },
-];
+const FINISHES: [Finish; 2] =
+    [Finish { albedo: 0.5, mirror: 0.0, roughness: 1.0 }, Finish { albedo: 0.08, mirror: 0.035, roughness: 0.2 }];
 
 /// A point visible to the camera, and its visible directions.
 struct Place {
@@ -110,22 +108,14 @@ fn creased_ball() -> Vec<Place> {
     const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
     (0..POINTS)
         .map(|i| {
-            let (radius, turn) =
-                (((i as f64 + 0.5) / POINTS as f64).sqrt(), 2.399_963_229_728_653 * i as f64);
-            let normal = DVec3::new(
-                radius * turn.cos(),
-                radius * turn.sin(),
-                (1.0 - radius * radius).sqrt(),
-            );
+            let (radius, turn) = (((i as f64 + 0.5) / POINTS as f64).sqrt(), 2.399_963_229_728_653 * i as f64);
+            let normal = DVec3::new(radius * turn.cos(), radius * turn.sin(), (1.0 - radius * radius).sqrt());
             let [turn, lean] = STEPS.map(|step| (step * i as f64).fract());
             let (across, up) = normal.any_orthonormal_pair();
             let (sin, cos) = (TAU * turn).sin_cos();
             let lean = (60.0 + 50.0 * lean).to_radians();
             let wall = lean.cos() * normal + lean.sin() * (cos * across + sin * up);
-            Place {
-                normal,
-                open: Box::new(move |light| f64::from(u8::from(wall.dot(light) > 0.0))),
-            }
+            Place { normal, open: Box::new(move |light| f64::from(u8::from(wall.dot(light) > 0.0))) }
         })
         .collect()
 }
@@ -145,10 +135,8 @@ const HEAD: [Part; 8] = [
     ([-0.077, -0.010, -0.010], [0.012, 0.030, 0.020]),
 ];
 /// Neck and shoulders.
-const TRUNK: [Part; 2] = [
-    ([0.0, -0.160, -0.020], [0.055, 0.100, 0.055]),
-    ([0.0, -0.285, -0.030], [0.215, 0.100, 0.100]),
-];
+const TRUNK: [Part; 2] =
+    [([0.0, -0.160, -0.020], [0.055, 0.100, 0.055]), ([0.0, -0.285, -0.030], [0.215, 0.100, 0.100])];
 /// Rotations of the head in degrees: to the side, and down.
 const POSES: [[f64; 2]; 3] = [[-23.0, 0.0], [0.0, -9.0], [20.0, 6.0]];
 
@@ -162,8 +150,7 @@ struct Ellipsoid {
 impl Ellipsoid {
     /// The t at which the ray `origin + t · direction` enters the ellipsoid, if it does.
     fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
-        let (o, d) =
-            (self.ball_from_world * (origin - self.centre), self.ball_from_world * direction);
+        let (o, d) = (self.ball_from_world * (origin - self.centre), self.ball_from_world * direction);
         let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - 1.0);
         let inside = b * b - a * c;
         (inside > 0.0).then(|| (-b - inside.sqrt()) / a)
@@ -182,23 +169,18 @@ fn bust() -> Vec<Place> {
     const MIDDLE_M: f64 = -0.03;
     let mut places = Vec::new();
     for [yaw, pitch] in POSES {
-        let turn =
-            DMat3::from_rotation_y(yaw.to_radians()) * DMat3::from_rotation_x(pitch.to_radians());
+        let turn = DMat3::from_rotation_y(yaw.to_radians()) * DMat3::from_rotation_x(pitch.to_radians());
         let part = |&(centre, axes): &Part, turn: DMat3| Ellipsoid {
             centre: turn * DVec3::from(centre),
             ball_from_world: DMat3::from_diagonal(DVec3::from(axes).recip()) * turn.transpose(),
         };
         let head = HEAD.iter().map(|p| part(p, turn));
-        let parts: Vec<Ellipsoid> =
-            head.chain(TRUNK.iter().map(|p| part(p, DMat3::IDENTITY))).collect();
+        let parts: Vec<Ellipsoid> = head.chain(TRUNK.iter().map(|p| part(p, DMat3::IDENTITY))).collect();
         for i in 0..ACROSS * ACROSS {
             let along = |i: usize| ((i as f64 + 0.5) / ACROSS as f64 - 0.5) * FRAME_M;
             let origin = DVec3::new(along(i % ACROSS), MIDDLE_M - along(i / ACROSS), 1.0);
-            let hits =
-                parts.iter().filter_map(|part| Some((part.entry(origin, DVec3::NEG_Z)?, part)));
-            let Some((depth, part)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) else {
-                continue;
-            };
+            let hits = parts.iter().filter_map(|part| Some((part.entry(origin, DVec3::NEG_Z)?, part)));
+            let Some((depth, part)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
             let place = origin + depth * DVec3::NEG_Z;
             let normal = part.normal(place);
             let start = place + 0.002 * normal;
@@ -207,8 +189,7 @@ fn bust() -> Vec<Place> {
                 normal,
                 // A ray that starts inside another part, where two join, leaves it freely.
                 open: Box::new(move |light| {
-                    let hidden =
-                        parts.iter().any(|part| part.entry(start, light).is_some_and(|t| t > 0.0));
+                    let hidden = parts.iter().any(|part| part.entry(start, light).is_some_and(|t| t > 0.0));
                     f64::from(u8::from(!hidden))
                 }),
             });

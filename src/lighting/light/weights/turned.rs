@@ -9,10 +9,8 @@ use glam::{DQuat, Quat};
 /// positive yaw moves it to the right, pitch up, roll counter-clockwise. Full turns change no bit.
 pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
     // In degrees full turns are removed exactly; in radians 10⁶ of them would leave an error of 14°.
-    let [yaw, pitch, roll] =
-        [yaw_deg, pitch_deg, roll_deg].map(|a| f64::from(a).rem_euclid(360.0).to_radians());
-    let turn =
-        DQuat::from_rotation_z(roll) * DQuat::from_rotation_x(pitch) * DQuat::from_rotation_y(-yaw);
+    let [yaw, pitch, roll] = [yaw_deg, pitch_deg, roll_deg].map(|a| f64::from(a).rem_euclid(360.0).to_radians());
+    let turn = DQuat::from_rotation_z(roll) * DQuat::from_rotation_x(pitch) * DQuat::from_rotation_y(-yaw);
     turn.as_quat()
 }
 
@@ -28,11 +26,8 @@ impl Partition {
         if environment.radiance.size() != (self.width, self.height) {
             return self.turned_weights(&environment.reduced(self.width), rotation);
         }
-        let rotation = if rotation.is_finite() && rotation.length_squared() > 0.0 {
-            rotation.normalize()
-        } else {
-            Quat::IDENTITY
-        };
+        let rotation =
+            if rotation.is_finite() && rotation.length_squared() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
         let (width, height) = (self.width, self.height);
         let mut energies = vec![[0.0f64; 3]; width * height];
         // Energy for all of the first row, and for all of the last.

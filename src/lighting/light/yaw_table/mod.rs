@@ -59,9 +59,7 @@ impl YawTable {
         // Rounding leaves about 1e-16 of the brightest light in dark places.
         let at_all_shifts = |(i, spectrum): (usize, &mut Option<Spectrum>)| {
             let mut shifts = vec![0.0f64; width];
-            let Some(spectrum) = spectrum else {
-                return shifts;
-            };
+            let Some(spectrum) = spectrum else { return shifts };
             // These coefficients of a real signal are real, up to rounding.
             spectrum[0].im = 0.0;
             if width.is_multiple_of(2) {
@@ -77,8 +75,7 @@ impl YawTable {
             }
             shifts
         };
-        let mut nodes: Vec<Vec<f64>> =
-            sum.spectra.par_iter_mut().enumerate().map(at_all_shifts).collect();
+        let mut nodes: Vec<Vec<f64>> = sum.spectra.par_iter_mut().enumerate().map(at_all_shifts).collect();
         let uncovered = nodes.split_off(3 * partition.division.nodes());
         Self { width, nodes, uncovered, total, division: partition.division.clone() }
     }
@@ -155,13 +152,10 @@ impl Spectra {
             }
         }
         for (node, shares) in shares.into_iter().enumerate() {
-            let Some(spectrum) = shares.and_then(|mut shares| transform(&mut shares)) else {
-                continue;
-            };
+            let Some(spectrum) = shares.and_then(|mut shares| transform(&mut shares)) else { continue };
             for (c, light) in light.iter().enumerate() {
                 let Some(light) = light else { continue };
-                let sum = self.spectra[3 * node + c]
-                    .get_or_insert_with(|| vec![Complex::default(); spectrum.len()]);
+                let sum = self.spectra[3 * node + c].get_or_insert_with(|| vec![Complex::default(); spectrum.len()]);
                 for ((sum, share), light) in sum.iter_mut().zip(&spectrum).zip(light) {
                     *sum += share * light.conj();
                 }

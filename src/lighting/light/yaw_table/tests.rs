@@ -22,13 +22,7 @@ fn day(width: usize, seed: u64, suns: &[(usize, usize)]) -> Environment {
 }
 
 /// Compares weights within `relative`, plus a rounding floor for lamps with almost no light.
-fn assert_same(
-    name: &str,
-    table: &LightWeights,
-    direct: &LightWeights,
-    rig: &Rig,
-    total: [f64; 3],
-) {
+fn assert_same(name: &str, table: &LightWeights, direct: &LightWeights, rig: &Rig, total: [f64; 3]) {
     for ((table, direct), lamp) in table.per_lamp.iter().zip(&direct.per_lamp).zip(&rig.lamps) {
         for c in 0..3 {
             let (a, b) = (f64::from(table[c]), f64::from(direct[c]));

@@ -29,12 +29,7 @@ pub(crate) trait Backend {
     fn black(&self) -> Self::Light;
 
     /// Runs one step on light.
-    fn light(
-        &mut self,
-        step: &LightStep,
-        context: &PassContext,
-        picture: &mut Self::Light,
-    ) -> Result<()>;
+    fn light(&mut self, step: &LightStep, context: &PassContext, picture: &mut Self::Light) -> Result<()>;
 
     /// Converts light to codes; None if the codes stay.
     fn encode(
@@ -65,13 +60,7 @@ pub(crate) trait Backend {
     /// Guide of despill, and the spill.
     fn guide(&mut self, subject: &Self::Light) -> Result<(Self::Light, Spill)>;
 
-    fn despill(
-        &mut self,
-        subject: &mut Self::Light,
-        guide: &Self::Light,
-        screen: Screen,
-        amount: f32,
-    ) -> Result<()>;
+    fn despill(&mut self, subject: &mut Self::Light, guide: &Self::Light, screen: Screen, amount: f32) -> Result<()>;
 
     /// A picture of the scene's own background.
     fn placed(&mut self, picture: Image) -> Result<Self::Light>;
@@ -85,12 +74,7 @@ pub(crate) trait Backend {
     /// Light that full wrapping would add to the rim, as a share of the rim's light.
     fn wrap_need(&mut self, subject: &Self::Light, behind: &Self::Light) -> Result<f32>;
 
-    fn light_wrap(
-        &mut self,
-        subject: &mut Self::Light,
-        behind: &Self::Light,
-        amount: f32,
-    ) -> Result<()>;
+    fn light_wrap(&mut self, subject: &mut Self::Light, behind: &Self::Light, amount: f32) -> Result<()>;
 
     /// Lays the subject over its background.
     fn over(&mut self, subject: &mut Self::Light, behind: &Self::Light) -> Result<()>;

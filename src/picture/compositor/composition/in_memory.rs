@@ -66,22 +66,12 @@ impl Backend for InMemory<'_> {
         Arc::new(Image::filled(width, height, [0.0; 3]))
     }
 
-    fn light(
-        &mut self,
-        step: &LightStep,
-        context: &PassContext,
-        picture: &mut Arc<Image>,
-    ) -> Result<()> {
+    fn light(&mut self, step: &LightStep, context: &PassContext, picture: &mut Arc<Image>) -> Result<()> {
         (step.in_memory)(context, Arc::make_mut(picture));
         Ok(())
     }
 
-    fn encode(
-        &mut self,
-        step: &EncodeStep,
-        context: &PassContext,
-        picture: &Arc<Image>,
-    ) -> Result<Option<Encoded>> {
+    fn encode(&mut self, step: &EncodeStep, context: &PassContext, picture: &Arc<Image>) -> Result<Option<Encoded>> {
         Ok((step.in_memory)(context, picture))
     }
 
@@ -132,13 +122,7 @@ impl Backend for InMemory<'_> {
         Ok((Arc::new(guide), spill))
     }
 
-    fn despill(
-        &mut self,
-        subject: &mut Arc<Image>,
-        guide: &Arc<Image>,
-        screen: Screen,
-        amount: f32,
-    ) -> Result<()> {
+    fn despill(&mut self, subject: &mut Arc<Image>, guide: &Arc<Image>, screen: Screen, amount: f32) -> Result<()> {
         despill(Arc::make_mut(subject), guide, screen, amount);
         Ok(())
     }
@@ -169,12 +153,7 @@ impl Backend for InMemory<'_> {
         Ok(light_wrap::need(&small(subject), &mask, &small(behind)))
     }
 
-    fn light_wrap(
-        &mut self,
-        subject: &mut Arc<Image>,
-        behind: &Arc<Image>,
-        amount: f32,
-    ) -> Result<()> {
+    fn light_wrap(&mut self, subject: &mut Arc<Image>, behind: &Arc<Image>, amount: f32) -> Result<()> {
         light_wrap(Arc::make_mut(subject), self.ingredients.matte(), behind, amount);
         Ok(())
     }

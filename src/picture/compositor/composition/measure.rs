@@ -12,9 +12,7 @@ impl<B: Backend> Composition<'_, B> {
     /// Measures the need for the last of these passes, if the scene requests it and nothing else decides it.
     /// Returns true if something was measured.
     pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
-        let [earlier @ .., this] = planned else {
-            return Ok(false);
-        };
+        let [earlier @ .., this] = planned else { return Ok(false) };
         let (ingredients, effects) = (self.ingredients, self.effects);
         let asked = effects.asks(this.pass);
         let upstream = key(earlier.iter().map(|p| p.key).collect::<Vec<_>>());
@@ -33,21 +31,16 @@ impl<B: Backend> Composition<'_, B> {
                 self.facts.spill = Some(spill);
             }
             Pass::LightWrap if asked => {
-                let Some(behind) = self.behind.clone() else {
-                    return Ok(false);
-                };
+                let Some(behind) = self.behind.clone() else { return Ok(false) };
                 let need = |this: &mut Self| this.backend.wrap_need(&this.linear, &behind);
                 self.facts.wrap_need = self.cached(|cache| &mut cache.wrap_need, upstream, need)?;
             }
             Pass::Glare if asked => {
                 let brightest = |this: &mut Self| this.backend.brightest(&this.linear);
-                self.facts.brightest =
-                    self.cached(|cache| &mut cache.brightest, upstream, brightest)?;
+                self.facts.brightest = self.cached(|cache| &mut cache.brightest, upstream, brightest)?;
             }
             Pass::Grain if asked => {
-                let (Some(plate), Some(_)) = (ingredients.extra.grain, &self.display) else {
-                    return Ok(false);
-                };
+                let (Some(plate), Some(_)) = (ingredients.extra.grain, &self.display) else { return Ok(false) };
                 let own = |this: &mut Self| match &this.display {
                     Some(codes) => this.backend.measure_grain(codes),
                     None => Ok(Grain::default()),

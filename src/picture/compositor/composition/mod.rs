@@ -198,9 +198,7 @@ impl<'a, B: Backend> Composition<'a, B> {
     /// Weights of the lamps at the picture's level.
     fn weights(&self) -> Vec<[f32; 3]> {
         let (ingredients, gain) = (self.ingredients, self.gain);
-        let level = |share: &[f32; 3]| {
-            std::array::from_fn(|c| share[c] * ingredients.levels.subject * gain[c])
-        };
+        let level = |share: &[f32; 3]| std::array::from_fn(|c| share[c] * ingredients.levels.subject * gain[c]);
         ingredients.weights.per_lamp.iter().map(level).collect()
     }
 
@@ -318,8 +316,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         // A picture that is not opaque is converted to straight alpha in linear light.
         let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
-        let (finished, own) =
-            self.backend.finish(self.linear, self.display, needs_linear, may_stay)?;
+        let (finished, own) = self.backend.finish(self.linear, self.display, needs_linear, may_stay)?;
         if let Some(reuse) = self.reuse {
             B::cache(reuse).own = own;
         }

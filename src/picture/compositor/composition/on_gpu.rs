@@ -49,16 +49,7 @@ impl<'a> OnGpu<'a> {
         if let Some(plate) = &plate {
             uploads.plate.put(inputs.frame, plate.clone());
         }
-        Ok(Self {
-            ingredients,
-            field,
-            passes,
-            recording: passes.begin(),
-            frame: inputs.frame,
-            matte,
-            plate,
-            uploads,
-        })
+        Ok(Self { ingredients, field, passes, recording: passes.begin(), frame: inputs.frame, matte, plate, uploads })
     }
 
     /// The panorama on the GPU; None if it exceeds the GPU's binding size.
@@ -94,22 +85,12 @@ impl Backend for OnGpu<'_> {
         self.matte.picture.clone()
     }
 
-    fn light(
-        &mut self,
-        step: &LightStep,
-        context: &PassContext,
-        picture: &mut GpuPicture,
-    ) -> Result<()> {
+    fn light(&mut self, step: &LightStep, context: &PassContext, picture: &mut GpuPicture) -> Result<()> {
         *picture = (step.on_gpu)(context, &mut self.recording, picture)?;
         Ok(())
     }
 
-    fn encode(
-        &mut self,
-        step: &EncodeStep,
-        context: &PassContext,
-        picture: &GpuPicture,
-    ) -> Result<Option<GpuPicture>> {
+    fn encode(&mut self, step: &EncodeStep, context: &PassContext, picture: &GpuPicture) -> Result<Option<GpuPicture>> {
         (step.on_gpu)(context, &mut self.recording, picture)
     }
 
@@ -161,13 +142,7 @@ impl Backend for OnGpu<'_> {
         self.recording.guide(subject, &rim)
     }
 
-    fn despill(
-        &mut self,
-        subject: &mut GpuPicture,
-        guide: &GpuPicture,
-        screen: Screen,
-        amount: f32,
-    ) -> Result<()> {
+    fn despill(&mut self, subject: &mut GpuPicture, guide: &GpuPicture, screen: Screen, amount: f32) -> Result<()> {
         *subject = self.recording.despill(subject, guide, screen, amount)?;
         Ok(())
     }
@@ -208,12 +183,7 @@ impl Backend for OnGpu<'_> {
         self.recording.wrap_need(subject, behind)
     }
 
-    fn light_wrap(
-        &mut self,
-        subject: &mut GpuPicture,
-        behind: &GpuPicture,
-        amount: f32,
-    ) -> Result<()> {
+    fn light_wrap(&mut self, subject: &mut GpuPicture, behind: &GpuPicture, amount: f32) -> Result<()> {
         *subject = self.recording.light_wrap(subject, behind, amount)?;
         Ok(())
     }

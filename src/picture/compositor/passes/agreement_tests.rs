@@ -31,9 +31,7 @@ pub struct Set {
 
 /// Runs on every size, with light from black to 1e6; does nothing without an adapter.
 pub fn on_every_size(test: impl Fn(&Set)) {
-    let Some((device, queue)) = any_device() else {
-        return;
-    };
+    let Some((device, queue)) = any_device() else { return };
     for (width, height) in SIZES {
         let passes = PicturePasses::new(&device, &queue);
         let round = disc(width.max(height));
@@ -70,9 +68,8 @@ impl Set {
     pub fn assert_same(&self, name: &str, there: &Rgba, here: &Image, most: f32) {
         assert_eq!(there.size(), here.size());
         let values = there.pixels.iter().zip(&here.pixels);
-        let apart = values.flat_map(|(there, here)| {
-            (0..3).map(|c| (there[c] - here[c]).abs() / here[c].abs().max(1.0))
-        });
+        let apart =
+            values.flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs() / here[c].abs().max(1.0)));
         let apart: Vec<f32> = apart.collect();
         let largest = apart.iter().fold(0.0f32, |m, &v| m.max(v));
         let mean = apart.iter().sum::<f32>() / apart.len() as f32;
@@ -169,11 +166,7 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
         let mask = resize_area(&set.mask, size.0, size.1);
         let need = light_wrap::need(&small(&subject), &mask, &small(&set.image));
         let subject = set.upload(&subject);
-        near(
-            recording.wrap_need(&subject, &set.on_gpu).unwrap() / need.max(1e-9),
-            need / need.max(1e-9),
-            1e-3,
-        );
+        near(recording.wrap_need(&subject, &set.on_gpu).unwrap() / need.max(1e-9), need / need.max(1e-9), 1e-3);
     });
 }
 
@@ -196,9 +189,8 @@ fn despill_agrees_with_its_twin() {
 fn background_agrees_with_its_twin() {
     on_every_size(|set| {
         for (rows, yaw, fov) in [(1, 0.0, 40.0), (32, 77.0, 170.0), (200, -20.0, 6.0)] {
-            let panorama = Image::from_fn(2 * rows, rows, |x, y| {
-                [1.0 + (0.3 * x as f32).sin(), y as f32 / rows as f32, 0.25]
-            });
+            let panorama =
+                Image::from_fn(2 * rows, rows, |x, y| [1.0 + (0.3 * x as f32).sin(), y as f32 / rows as f32, 0.25]);
             let view = CameraView { vertical_fov_deg: fov };
             let mut here = set.image.clone();
             let backdrop = cpu::Backdrop {
@@ -208,11 +200,8 @@ fn background_agrees_with_its_twin() {
             };
             cpu::draw_background(&mut here, &set.mask, &panorama, &backdrop, view);
             let panorama = set.passes.upload_opaque(&panorama).unwrap();
-            let draw = |laid| {
-                set.there(|recording| {
-                    recording.background(&set.on_gpu, &panorama, &backdrop, view, laid)
-                })
-            };
+            let draw =
+                |laid| set.there(|recording| recording.background(&set.on_gpu, &panorama, &backdrop, view, laid));
             // An arc tangent is accurate to 1e-4 of a texel's weight on GPUs.
             set.assert_same("background", &draw(false), &here, 2e-3);
             assert!(draw(true).pixels.iter().all(|pixel| pixel[3] == 1.0));
@@ -352,8 +341,7 @@ fn dither_agrees_with_its_twin() {
         let there = set.there(|recording| recording.dither(&codes, &set.matte()));
         // The pattern amplifies rounding, and where it wraps it moves a code by a full step.
         let values = there.pixels.iter().zip(&here.0.pixels);
-        let apart: Vec<f32> =
-            values.flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs())).collect();
+        let apart: Vec<f32> = values.flat_map(|(there, here)| (0..3).map(|c| (there[c] - here[c]).abs())).collect();
         assert!(apart.iter().all(|&v| v <= 1.001 / 255.0));
         assert!(apart.iter().filter(|&&v| v > 0.01 / 255.0).count() * 100 <= apart.len());
     });
@@ -361,9 +349,7 @@ fn dither_agrees_with_its_twin() {
 
 #[test]
 fn nan_and_infinity_do_not_spread_on_the_gpu() {
-    let Some((device, queue)) = any_device() else {
-        return;
-    };
+    let Some((device, queue)) = any_device() else { return };
     let passes = PicturePasses::new(&device, &queue);
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut image = Image::filled(24, 24, [0.5; 3]);

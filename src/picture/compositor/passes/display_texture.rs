@@ -43,11 +43,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// When the device fails, or has no texture of that size.
-    pub fn show(
-        mut self,
-        codes: &GpuPicture,
-        pictures: &[&GpuPicture],
-    ) -> Result<(DisplayTexture, Unread)> {
+    pub fn show(mut self, codes: &GpuPicture, pictures: &[&GpuPicture]) -> Result<(DisplayTexture, Unread)> {
         let texture = self.display_texture(codes)?;
         let passes = self.passes();
         let (commands, unread) = self.end(pictures);
@@ -93,16 +89,10 @@ impl Recording<'_> {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: FORMAT,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_DST
-                | wgpu::TextureUsages::COPY_SRC,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row),
-            rows_per_image: None,
-        };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
         self.commands().copy_buffer_to_texture(
             wgpu::TexelCopyBufferInfo { buffer: &bytes, layout },
             texture.as_image_copy(),
@@ -131,11 +121,7 @@ mod tests {
             mapped_at_creation: false,
         });
         let mut commands = passes.device.create_command_encoder(&Default::default());
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row),
-            rows_per_image: None,
-        };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
         let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
         commands.copy_texture_to_buffer(shown.texture.as_image_copy(), target, size);
         let target = (&passes.device, &passes.queue);
@@ -148,9 +134,7 @@ mod tests {
 
     #[test]
     fn a_texture_has_the_bytes_that_the_codes_have_in_memory() {
-        let Some((device, queue)) = any_device() else {
-            return;
-        };
+        let Some((device, queue)) = any_device() else { return };
         let passes = PicturePasses::new(&device, &queue);
         // Neither side is a multiple of a workgroup or of a row of the copy.
         let codes = Image::from_fn(67, 5, |x, y| {
@@ -162,9 +146,7 @@ mod tests {
         assert!(shown.is_on(&device));
         let read = unread.read().unwrap();
         assert_eq!(read.pictures[0], codes);
-        let wanted: Vec<u8> = (codes.pixels.iter())
-            .flat_map(|p| [p[0], p[1], p[2], 1.0].map(byte_from_unit))
-            .collect();
+        let wanted: Vec<u8> = (codes.pixels.iter()).flat_map(|p| [p[0], p[1], p[2], 1.0].map(byte_from_unit)).collect();
         let distinct: std::collections::HashSet<_> = wanted.iter().collect();
         assert!(distinct.len() > 200);
         assert_eq!(bytes_of_texture(&passes, &shown), wanted);
@@ -172,17 +154,12 @@ mod tests {
 
     #[test]
     fn a_picture_larger_than_any_texture_is_refused() {
-        let Some((device, queue)) = any_device() else {
-            return;
-        };
+        let Some((device, queue)) = any_device() else { return };
         let passes = PicturePasses::new(&device, &queue);
         let most = device.limits().max_texture_dimension_2d as usize;
         assert!(passes.has_texture((most, 1)) && !passes.has_texture((1, most + 1)));
-        let long = GpuPicture {
-            width: most + 1,
-            height: 1,
-            ..passes.upload_opaque(&Image::filled(1, 1, [0.0; 3])).unwrap()
-        };
+        let long =
+            GpuPicture { width: most + 1, height: 1, ..passes.upload_opaque(&Image::filled(1, 1, [0.0; 3])).unwrap() };
         let said = passes.begin().show(&long, &[]).unwrap_err();
         assert!(said.to_string().contains("no texture of"), "{said}");
     }

@@ -49,9 +49,7 @@ mod tests {
 
     #[test]
     fn whatever_comes_of_work_on_a_lost_gpu_is_the_loss() {
-        let Some((device, queue)) = any_device() else {
-            return;
-        };
+        let Some((device, queue)) = any_device() else { return };
         let passes = PicturePasses::new(&device, &queue);
         assert_eq!(passes.guarded(|| Ok(3)).unwrap(), 3);
         let own = || Error::invalid("a picture has no pixels", "Draw some");
@@ -61,11 +59,7 @@ mod tests {
         assert!(catch_unwind(AssertUnwindSafe(fault)).is_err(), "our own bug is not a lost GPU");
 
         device.destroy();
-        let lost = [
-            passes.guarded(|| Ok(())),
-            passes.guarded(|| Err(own())),
-            passes.guarded(|| panic!("on purpose")),
-        ];
+        let lost = [passes.guarded(|| Ok(())), passes.guarded(|| Err(own())), passes.guarded(|| panic!("on purpose"))];
         assert!(lost.iter().all(|done| matches!(done, Err(Error::GpuLost))));
     }
 }

@@ -6,8 +6,7 @@ use super::shader::Shader;
 use base::error::Result;
 use bytemuck::bytes_of;
 
-pub(crate) const MEASURE: Shader =
-    Shader::new("measure", include_str!("../../../../shaders/measure.wgsl"));
+pub(crate) const MEASURE: Shader = Shader::new("measure", include_str!("../../../../shaders/measure.wgsl"));
 
 /// Number of values that a picture is reduced to, as in the shader.
 const GROUPS: u32 = 64;
@@ -25,11 +24,7 @@ impl Recording<'_> {
     }
 
     /// Partial results of an entry point of `measure` for a picture, still to be combined: reads 1 KiB.
-    pub(crate) fn parts(
-        &mut self,
-        entry: &'static str,
-        picture: &GpuPicture,
-    ) -> Result<Vec<[f32; 4]>> {
+    pub(crate) fn parts(&mut self, entry: &'static str, picture: &GpuPicture) -> Result<Vec<[f32; 4]>> {
         let params = PlainParams { size: extent(picture.size()), values: [0; 2] };
         let parts = self.blank((GROUPS as usize, 1))?;
         let bound = [picture, picture, &parts].map(GpuPicture::binding);
@@ -39,11 +34,7 @@ impl Recording<'_> {
     }
 
     /// A picture of this size; each pixel is the mean of its area.
-    pub(crate) fn shrink(
-        &mut self,
-        picture: &GpuPicture,
-        size: (usize, usize),
-    ) -> Result<GpuPicture> {
+    pub(crate) fn shrink(&mut self, picture: &GpuPicture, size: (usize, usize)) -> Result<GpuPicture> {
         let params = PlainParams { size: extent(size), values: extent(picture.size()) };
         let shrink = (&MEASURE, "shrink");
         self.run(shrink, bytes_of(&params), picture, None, size)

@@ -22,13 +22,8 @@ pub use shader::Shader;
 pub use subject::GpuMatte;
 
 /// Shaders shared by several passes.
-pub(crate) const SHARED: [&Shader; 5] = [
-    &display_texture::DISPLAY_TEXTURE,
-    &measures::MEASURE,
-    &pyramid::PYRAMID,
-    &relight::RELIGHT,
-    &subject::EDGES,
-];
+pub(crate) const SHARED: [&Shader; 5] =
+    [&display_texture::DISPLAY_TEXTURE, &measures::MEASURE, &pyramid::PYRAMID, &relight::RELIGHT, &subject::EDGES];
 
 #[cfg(test)]
 pub(crate) mod agreement_tests;

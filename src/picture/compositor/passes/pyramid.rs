@@ -6,8 +6,7 @@ use super::shader::Shader;
 use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 
-pub(crate) const PYRAMID: Shader =
-    Shader::new("pyramid", include_str!("../../../../shaders/pyramid.wgsl"));
+pub(crate) const PYRAMID: Shader = Shader::new("pyramid", include_str!("../../../../shaders/pyramid.wgsl"));
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -26,13 +25,8 @@ impl Recording<'_> {
     /// When the GPU cannot hold the result.
     pub(crate) fn halve(&mut self, fine: &GpuPicture, odd_end: f32) -> Result<GpuPicture> {
         let size = (fine.width.div_ceil(2), fine.height.div_ceil(2));
-        let params = PyramidParams {
-            size: extent(size),
-            from_size: extent(fine.size()),
-            odd_end,
-            keep: 0.0,
-            unused: [0.0; 2],
-        };
+        let params =
+            PyramidParams { size: extent(size), from_size: extent(fine.size()), odd_end, keep: 0.0, unused: [0.0; 2] };
         let halve = (&PYRAMID, "halve");
         self.run(halve, bytes_of(&params), fine, None, size)
     }

@@ -91,16 +91,10 @@ impl<'a> Recording<'a> {
     }
 
     /// Records one dispatch.
-    pub(super) fn record<T>(
-        &mut self,
-        label: &str,
-        encode: impl FnOnce(&mut wgpu::ComputePass) -> T,
-    ) -> T {
+    pub(super) fn record<T>(&mut self, label: &str, encode: impl FnOnce(&mut wgpu::ComputePass) -> T) -> T {
         let timestamp_writes = self.clock.as_mut().and_then(|clock| clock.span(self.pass));
-        let mut pass = self.commands.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(label),
-            timestamp_writes,
-        });
+        let mut pass =
+            self.commands.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes });
         encode(&mut pass)
     }
 
@@ -258,9 +252,7 @@ impl Unread {
     /// # Errors
     /// When the device fails; [`base::error::Error::GpuLost`] if it is lost.
     pub fn read(&self) -> Result<Readback> {
-        guarded(&self.device, || {
-            self.read_after(self.device.create_command_encoder(&Default::default()))
-        })
+        guarded(&self.device, || self.read_after(self.device.create_command_encoder(&Default::default())))
     }
 
     fn read_after(&self, commands: wgpu::CommandEncoder) -> Result<Readback> {
@@ -270,12 +262,7 @@ impl Unread {
         read_back((&self.device, &self.queue), commands, &sources, |parts| {
             let (images, rest) = parts.split_at(self.pictures.len());
             Readback {
-                pictures: self
-                    .pictures
-                    .iter()
-                    .zip(images)
-                    .map(|(p, bytes)| image(p.size(), bytes))
-                    .collect(),
+                pictures: self.pictures.iter().zip(images).map(|(p, bytes)| image(p.size(), bytes)).collect(),
                 mended: bytemuck::pod_read_unaligned::<u32>(&rest[0][..4]) as usize,
                 times: self.clock.as_ref().and_then(|clock| clock.times(rest[1])),
             }

@@ -10,8 +10,7 @@ use reflectance::compressed::shares;
 use reflectance::{FieldBuffer, FieldFormat, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-pub(crate) const RELIGHT: Shader =
-    Shader::alone("relight", include_str!("../../../../shaders/relight.wgsl"));
+pub(crate) const RELIGHT: Shader = Shader::alone("relight", include_str!("../../../../shaders/relight.wgsl"));
 
 /// Pixels of one workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
@@ -179,9 +178,7 @@ impl RelightPass {
             return Ok(());
         }
         Err(Error::device(
-            format!(
-                "the reflectance field has {bytes} bytes; this GPU binds at most {limit} at once"
-            ),
+            format!("the reflectance field has {bytes} bytes; this GPU binds at most {limit} at once"),
             "Relight it on the CPU, or choose a smaller working size",
         ))
     }
@@ -230,12 +227,8 @@ impl RelightPass {
             .filter(|(_, weight)| *weight != [0.0; 3])
             .map(|(lamp, weight)| Share { weight, lamp })
             .collect();
-        let shape = Shape {
-            pixels: pixels as u32,
-            lamps: shares.len() as u32,
-            all_lamps: field.lamps as u32,
-            padding: 0,
-        };
+        let shape =
+            Shape { pixels: pixels as u32, lamps: shares.len() as u32, all_lamps: field.lamps as u32, padding: 0 };
         // A binding may not be empty; the shader's count keeps it from reading this one.
         if shares.is_empty() {
             shares.push(Share { weight: [0.0; 3], lamp: 0 });
@@ -283,11 +276,7 @@ impl RelightPass {
     }
 
     fn upload(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("relight"),
-            contents,
-            usage,
-        })
+        self.device.create_buffer_init(&BufferInitDescriptor { label: Some("relight"), contents, usage })
     }
 }
 
@@ -296,10 +285,7 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(
-        format!(
-            "the reflectance field has {lamps} lamps, but there are weights for {}",
-            weights.len()
-        ),
+        format!("the reflectance field has {lamps} lamps, but there are weights for {}", weights.len()),
         "Predict this frame again with the network of this project",
     ))
 }

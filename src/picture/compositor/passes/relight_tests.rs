@@ -31,11 +31,8 @@ pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
     let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
     let adapter = found(Need::Gpu, adapter)?;
     println!("on {}", adapter.get_info().name);
-    let (need, required_features) = if timed {
-        (Need::GpuClock, wgpu::Features::TIMESTAMP_QUERY)
-    } else {
-        (Need::Gpu, wgpu::Features::empty())
-    };
+    let (need, required_features) =
+        if timed { (Need::GpuClock, wgpu::Features::TIMESTAMP_QUERY) } else { (Need::Gpu, wgpu::Features::empty()) };
     let wanted = wgpu::DeviceDescriptor { required_features, ..Default::default() };
     found(need, wait(adapter.request_device(&wanted)))
 }
@@ -73,8 +70,7 @@ fn the_gpu_agrees_with_its_twin() {
     let Some(pass) = pass() else { return };
     for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
         let field = noise_field(width, height, lamps);
-        let mut weights: Vec<[f32; 3]> =
-            (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
+        let mut weights: Vec<[f32; 3]> = (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32]).collect();
         weights[lamps / 2] = [0.0; 3];
         weights[lamps - 1] = [1e6, 0.5, 2e5];
         let there = pass.run(&field, &weights).unwrap();
@@ -100,9 +96,8 @@ fn the_gpu_sums_halves_as_its_twin_does() {
         let here = relight_half(&half, &weights, &lit_lamps(&weights));
         let full = pass.run(&field, &weights).unwrap();
         assert_eq!(there.size(), here.size());
-        for ((gpu, cpu), full) in (there.pixels.iter().flatten())
-            .zip(here.pixels.iter().flatten())
-            .zip(full.pixels.iter().flatten())
+        for ((gpu, cpu), full) in
+            (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten()).zip(full.pixels.iter().flatten())
         {
             // As above; and halves are off by 2⁻¹¹.
             assert!((gpu - cpu).abs() <= 1e-5 * cpu, "{gpu} is not {cpu}");
@@ -126,8 +121,8 @@ fn the_gpu_halves_a_field_as_the_cpu_does() {
             let there = pass.sum(&there, &weights).unwrap();
             let here = pass.run_half(&HalfField::from(&field), &weights).unwrap();
             // Denormals may be 0 both in halves and in f32.
-            let small: f32 = weights.iter().map(|w| w[2]).sum::<f32>()
-                * (brightness * 0.5f32.powi(29)).max(f32::MIN_POSITIVE);
+            let small: f32 =
+                weights.iter().map(|w| w[2]).sum::<f32>() * (brightness * 0.5f32.powi(29)).max(f32::MIN_POSITIVE);
             for (there, here) in (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten()) {
                 // A tie between two halves may be rounded either way.
                 let bound = 0.5f32.powi(10) * here + small;

@@ -10,8 +10,7 @@ use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-pub(crate) const EDGES: Shader =
-    Shader::new("edges", include_str!("../../../../shaders/edges.wgsl"));
+pub(crate) const EDGES: Shader = Shader::new("edges", include_str!("../../../../shaders/edges.wgsl"));
 
 /// A frame's matte on the GPU.
 #[derive(Clone, Debug)]
@@ -100,12 +99,7 @@ impl Recording<'_> {
     ///
     /// # Errors
     /// As [`Self::sum`].
-    pub fn relight(
-        &mut self,
-        field: &FieldBuffer,
-        weights: &[[f32; 3]],
-        matte: &GpuMatte,
-    ) -> Result<GpuPicture> {
+    pub fn relight(&mut self, field: &FieldBuffer, weights: &[[f32; 3]], matte: &GpuMatte) -> Result<GpuPicture> {
         let sum = self.sum(field, weights)?;
         self.cut_out(&sum, matte)
     }

@@ -55,13 +55,7 @@ impl From<&ReflectanceField> for HalfField {
             }
         };
         values.par_chunks_mut((TASK * tile).max(1)).enumerate().for_each(convert);
-        Self {
-            width: field.width,
-            height: field.height,
-            lamps: field.lamps,
-            scale: power_of_two(-exponent),
-            values,
-        }
+        Self { width: field.width, height: field.height, lamps: field.lamps, scale: power_of_two(-exponent), values }
     }
 }
 

@@ -34,9 +34,9 @@ impl HalfField {
                     let block = block(pixel % width, pixel / width);
                     let covered: f32 = block.clone().map(|pixel| mask.pixels[pixel]).sum();
                     let block = block.filter(|&pixel| mask.pixels[pixel] > 0.0);
-                    parts.extend(block.map(|pixel| {
-                        (self.tile(pixel / TILE), pixel % TILE, mask.pixels[pixel] / covered)
-                    }));
+                    parts.extend(
+                        block.map(|pixel| (self.tile(pixel / TILE), pixel % TILE, mask.pixels[pixel] / covered)),
+                    );
                     parts.len()
                 })
                 .collect();
@@ -45,8 +45,7 @@ impl HalfField {
                 let mut start = 0;
                 for (mean, &end) in means.iter_mut().zip(&ends) {
                     let parts = parts[start..end].iter();
-                    *mean =
-                        parts.map(|(tile, place, share)| share * widen(tile[plane][*place])).sum();
+                    *mean = parts.map(|(tile, place, share)| share * widen(tile[plane][*place])).sum();
                     start = end;
                 }
                 values.reinterpret_cast_mut::<f16>().convert_from_f32_slice(&means);
@@ -69,9 +68,8 @@ mod tests {
     #[test]
     fn the_subject_times_its_coverage_is_the_mean_of_what_it_was() {
         let (width, height) = (96, 40);
-        let mask = Mask::from_fn(width, height, |x, y| {
-            (20.0 - (x as f32 - 40.0).hypot(y as f32 - 18.0)).clamp(0.0, 1.0)
-        });
+        let mask =
+            Mask::from_fn(width, height, |x, y| (20.0 - (x as f32 - 40.0).hypot(y as f32 - 18.0)).clamp(0.0, 1.0));
         let olat = |lamp: usize| {
             Image::from_fn(width, height, |x, y| {
                 let at = (x * 7 + y * 3 + lamp * 5) as f32;

@@ -20,13 +20,7 @@ pub struct AdamStep {
 
 impl AdamStep {
     /// Updates `parameter` and its two moments. All slices have the same length.
-    pub fn apply(
-        self,
-        parameter: &mut [f32],
-        gradient: &[f32],
-        first_moment: &mut [f32],
-        second_moment: &mut [f32],
-    ) {
+    pub fn apply(self, parameter: &mut [f32], gradient: &[f32], first_moment: &mut [f32], second_moment: &mut [f32]) {
         let len = parameter.len();
         assert_eq!((gradient.len(), first_moment.len(), second_moment.len()), (len, len, len));
         let update = self.update();
@@ -61,20 +55,11 @@ struct Update {
 
 impl Update {
     #[inline(always)]
-    fn apply(
-        self,
-        parameter: &mut [f32],
-        gradient: &[f32],
-        first_moment: &mut [f32],
-        second_moment: &mut [f32],
-    ) {
+    fn apply(self, parameter: &mut [f32], gradient: &[f32], first_moment: &mut [f32], second_moment: &mut [f32]) {
         let moments = first_moment.iter_mut().zip(second_moment);
-        for ((parameter, &gradient), (first, second)) in
-            parameter.iter_mut().zip(gradient).zip(moments)
-        {
+        for ((parameter, &gradient), (first, second)) in parameter.iter_mut().zip(gradient).zip(moments) {
             *first = FIRST_DECAY as f32 * *first + (1.0 - FIRST_DECAY) as f32 * gradient;
-            *second =
-                SECOND_DECAY as f32 * *second + (1.0 - SECOND_DECAY) as f32 * (gradient * gradient);
+            *second = SECOND_DECAY as f32 * *second + (1.0 - SECOND_DECAY) as f32 * (gradient * gradient);
             *parameter -= self.rate * *first / (second.sqrt() * self.root_correction + EPSILON);
         }
     }

@@ -34,8 +34,7 @@ impl Band {
         let plane = used + MAX_POSITIONS + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(16) | 1) * 16;
-        let taps =
-            (0..shape.taps()).map(|t| (t / shape.kernel) * stride + t % shape.kernel).collect();
+        let taps = (0..shape.taps()).map(|t| (t / shape.kernel) * stride + t % shape.kernel).collect();
         Self { from, rows, stride, plane, taps }
     }
 
@@ -111,11 +110,7 @@ impl WithSimd for Product<'_, '_> {
         let step = tile::positions::<S>();
         let positions = self.band.positions();
         let mut sums = Sums {
-            right: Factor {
-                values: self.values,
-                channel_stride: self.band.plane,
-                taps: &self.band.taps,
-            },
+            right: Factor { values: self.values, channel_stride: self.band.plane, taps: &self.band.taps },
             band: self.band,
             width: self.width,
             tile: [[0.0; MAX_POSITIONS]; ROWS],
@@ -198,12 +193,7 @@ fn scatter(sums: &[f32], position: usize, band: &Band, width: usize, plane: &mut
 }
 
 /// Splits planes of `plane` values into bands: for each picture and band its rows in every channel.
-pub fn split_bands<'a>(
-    out: &'a mut [f32],
-    shape: &Shape,
-    channels: usize,
-    rows: usize,
-) -> Vec<Vec<&'a mut [f32]>> {
+pub fn split_bands<'a>(out: &'a mut [f32], shape: &Shape, channels: usize, rows: usize) -> Vec<Vec<&'a mut [f32]>> {
     let bands = shape.height.div_ceil(rows);
     let mut split: Vec<Vec<&mut [f32]>> = Vec::new();
     split.resize_with(shape.batch * bands, || Vec::with_capacity(channels));
@@ -251,9 +241,8 @@ impl Weights<'_> {
     #[inline(always)]
     fn pack(&self, block: usize, into: &mut [[f32; ROWS]]) {
         // Surplus rows of the last block repeat the last row: their sums are discarded.
-        let rows: [&[f32]; ROWS] = core::array::from_fn(|r| {
-            &self.values[(block * ROWS + r).min(self.rows - 1) * self.row_stride..]
-        });
+        let rows: [&[f32]; ROWS] =
+            core::array::from_fn(|r| &self.values[(block * ROWS + r).min(self.rows - 1) * self.row_stride..]);
         let taps = self.taps.len();
         let in_order = self.taps.iter().copied().eq(0..taps) && self.channel_stride == taps;
         if in_order {
@@ -262,9 +251,7 @@ impl Weights<'_> {
             let (blocks, rest) = into.as_chunks_mut::<ROWS>();
             let done = blocks.len() * ROWS;
             for (i, into) in blocks.iter_mut().enumerate() {
-                let square = rows.map(|row| {
-                    row[i * ROWS..].first_chunk::<ROWS>().copied().expect("length checked")
-                });
+                let square = rows.map(|row| row[i * ROWS..].first_chunk::<ROWS>().copied().expect("length checked"));
                 *into = core::array::from_fn(|column| square.map(|row| row[column]));
             }
             for (i, into) in rest.iter_mut().enumerate() {
@@ -344,8 +331,7 @@ mod tests {
     fn sums_are_right_at_any_width_of_vectors() {
         // Blocks of all rows, of half and of a row more; weights in order and reversed.
         for (outputs, kernel) in [(8, 3), (4, 3), (9, 1), (13, 7)] {
-            let shape =
-                Shape { batch: 1, inputs: 2, outputs, height: 6, width: 11, kernel, bf16: false };
+            let shape = Shape { batch: 1, inputs: 2, outputs, height: 6, width: 11, kernel, bf16: false };
             let band = Band::new(&shape, 0, shape.height);
             let x = noise(2 * 6 * 11, 1);
             let mut values = Vec::new();
@@ -353,9 +339,7 @@ mod tests {
                 into.copy_from_slice(shape.row(&x, 2, 0, c, y));
             });
             let (w, bias) = (noise(outputs * shape.columns(), 2), noise(outputs, 3));
-            for (arch, turned) in
-                every_arch().into_iter().flat_map(|arch| [(arch, false), (arch, true)])
-            {
+            for (arch, turned) in every_arch().into_iter().flat_map(|arch| [(arch, false), (arch, true)]) {
                 let mut taps: Vec<usize> = (0..shape.taps()).collect();
                 if turned {
                     taps.reverse();
@@ -389,10 +373,7 @@ mod tests {
                         f64::from(value) * f64::from(w[own + weights.taps[tap]])
                     });
                     let wanted = f64::from(bias[output]) + terms.sum::<f64>();
-                    assert!(
-                        (f64::from(*found) - wanted).abs() < 1e-5,
-                        "{arch:?} {shape:?}: {found}, not {wanted}"
-                    );
+                    assert!((f64::from(*found) - wanted).abs() < 1e-5, "{arch:?} {shape:?}: {found}, not {wanted}");
                 }
             }
         }

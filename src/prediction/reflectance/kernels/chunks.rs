@@ -59,22 +59,14 @@ pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
 /// and returns the results in order.
 ///
 /// `work` runs [`vectorized`], so it should be `#[inline(always)]`.
-pub fn each_chunk<T: Send>(
-    out: &mut [f32],
-    size: usize,
-    work: impl Fn(usize, &mut [f32]) -> T + Sync,
-) -> Vec<T> {
+pub fn each_chunk<T: Send>(out: &mut [f32], size: usize, work: impl Fn(usize, &mut [f32]) -> T + Sync) -> Vec<T> {
     let work = |(index, chunk): (usize, &mut [f32])| {
         vectorized(
             #[inline(always)]
             || work(index, chunk),
         )
     };
-    out.par_chunks_mut(size)
-        .enumerate()
-        .with_min_len(WORTH_A_THREAD.div_ceil(size))
-        .map(work)
-        .collect()
+    out.par_chunks_mut(size).enumerate().with_min_len(WORTH_A_THREAD.div_ceil(size)).map(work).collect()
 }
 
 /// Calls `work(index)` for `count` pieces of work on `size` elements each and returns the results

@@ -54,14 +54,7 @@ impl Shape {
 
 /// Convolution, bias and activation: x as [`Sources`], weight `[outputs, inputs,
 /// kernel, kernel]`, bias `[outputs]` → out `[batch, outputs, height, width]`.
-pub fn forward(
-    shape: &Shape,
-    x: Sources,
-    weight: &[f32],
-    bias: &[f32],
-    activation: Activation,
-    out: &mut [f32],
-) {
+pub fn forward(shape: &Shape, x: Sources, weight: &[f32], bias: &[f32], activation: Activation, out: &mut [f32]) {
     if shape.unfolds(TINY) {
         return unfolded::forward(shape, x, weight, bias, activation, out);
     }
@@ -110,9 +103,7 @@ pub fn backward(
     let parameters = weight_gradient.then(|| match inputs {
         GradientInputs::Rounded(x, _) => bf16::correlate(shape, x, before),
         GradientInputs::Exact(x, _) if shape.bf16 => bf16::correlate(shape, x, before),
-        GradientInputs::Exact(x, _) if shape.unfolds(SMALL) => {
-            unfolded::by_weights(shape, x, before)
-        }
+        GradientInputs::Exact(x, _) if shape.unfolds(SMALL) => unfolded::by_weights(shape, x, before),
         GradientInputs::Exact(x, _) => correlate(shape, x, before),
     });
     Gradients { input, parameters }
@@ -120,12 +111,7 @@ pub fn backward(
 
 /// Gradient by the input: a convolution of the output's gradient, with the kernel rotated
 /// by half a turn and inputs and outputs exchanged.
-fn by_input(
-    shape: &Shape,
-    weight: &[f32],
-    before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
-    out: &mut [f32],
-) {
+fn by_input(shape: &Shape, weight: &[f32], before: impl Fn(usize, usize, usize, &mut [f32]) + Sync, out: &mut [f32]) {
     if shape.unfolds(TINY) {
         return unfolded::by_input(shape, weight, before, out);
     }

@@ -34,9 +34,8 @@ pub fn correlate(
     before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
 ) -> (Vec<f32>, Vec<f32>) {
     let rows = shape.band_rows();
-    let bands: Vec<(usize, usize)> = (0..shape.batch)
-        .flat_map(|picture| (0..shape.height).step_by(rows).map(move |from| (picture, from)))
-        .collect();
+    let bands: Vec<(usize, usize)> =
+        (0..shape.batch).flat_map(|picture| (0..shape.height).step_by(rows).map(move |from| (picture, from))).collect();
     let columns = shape.columns();
     let groups = (shape.plane() / 4096).clamp(1, 16);
     let groups: Vec<_> = bands.chunks(bands.len().div_ceil(groups)).collect();
@@ -239,13 +238,10 @@ impl<const N: usize> Tile<'_, N> {
     fn sums<S: Simd, const V: usize, const K: usize>(&self, simd: S) -> [[[S::f32s; V]; K]; N] {
         let mut sums = [[[simd.splat_f32s(0.0); V]; K]; N];
         for (y, gradient) in self.gradient.chunks_exact(self.width * self.lanes).enumerate() {
-            let rows = self
-                .places
-                .map(|place| &self.input[place + y * self.stride..][..self.width + K - 1]);
+            let rows = self.places.map(|place| &self.input[place + y * self.stride..][..self.width + K - 1]);
             for (x, gradient) in gradient.chunks_exact(self.lanes).enumerate() {
                 let (gradient, _) = S::as_simd_f32s(&gradient[self.lane..]);
-                let gradient: [S::f32s; V] =
-                    *gradient.first_chunk().expect("V vectors in the lanes");
+                let gradient: [S::f32s; V] = *gradient.first_chunk().expect("V vectors in the lanes");
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let taps: &[f32; K] = row[x..].first_chunk().expect("taps of a pixel");
                     for (sums, input) in sums.iter_mut().zip(taps) {
@@ -268,11 +264,8 @@ mod tests {
 
     #[test]
     fn sums_are_right_at_any_width_of_vectors() {
-        for (kernel, lanes, outputs) in
-            [(1, 16, 48), (3, 16, 16), (3, 32, 64), (5, 32, 32), (7, 16, 16), (7, 32, 32)]
-        {
-            let shape =
-                Shape { batch: 1, inputs: 3, outputs, height: 5, width: 9, kernel, bf16: false };
+        for (kernel, lanes, outputs) in [(1, 16, 48), (3, 16, 16), (3, 32, 64), (5, 32, 32), (7, 16, 16), (7, 32, 32)] {
+            let shape = Shape { batch: 1, inputs: 3, outputs, height: 5, width: 9, kernel, bf16: false };
             let band = Band::new(&shape, 1, 3);
             let mut input = Vec::new();
             let x = noise(3 * 5 * 9, 1);
@@ -293,20 +286,14 @@ mod tests {
                     weight: &mut weight,
                 });
                 for (i, found) in weight.iter().enumerate() {
-                    let (block, column) =
-                        (i / lanes / shape.columns(), i / lanes % shape.columns());
-                    let start =
-                        column / shape.taps() * band.plane + band.taps[column % shape.taps()];
+                    let (block, column) = (i / lanes / shape.columns(), i / lanes % shape.columns());
+                    let start = column / shape.taps() * band.plane + band.taps[column % shape.taps()];
                     let own = &gradient[block * lanes * pixels + i % lanes..];
                     let own: Vec<f32> = own.iter().step_by(lanes).take(pixels).copied().collect();
-                    let near = (0..band.rows)
-                        .flat_map(|y| &input[start + y * band.stride..][..shape.width]);
+                    let near = (0..band.rows).flat_map(|y| &input[start + y * band.stride..][..shape.width]);
                     let near: Vec<f32> = near.copied().collect();
                     let wanted = 1.0 + dot(&own, &near);
-                    assert!(
-                        (f64::from(*found) - wanted).abs() < 1e-5,
-                        "{arch:?} {shape:?} {i}: {found}, not {wanted}"
-                    );
+                    assert!((f64::from(*found) - wanted).abs() < 1e-5, "{arch:?} {shape:?} {i}: {found}, not {wanted}");
                 }
             }
         }

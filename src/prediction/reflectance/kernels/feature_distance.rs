@@ -32,10 +32,7 @@ impl<'a> FeatureDistance<'a> {
     /// Settings for one of `pictures`.
     pub fn new(mask: &'a [f32], size: [usize; 2], pictures: usize) -> Self {
         assert_eq!(mask.len(), size[0] * size[1]);
-        let norms = Norms {
-            values: COLOURS as f64 * covered(mask).max(1.0),
-            share: 1.0 / (SCALES * pictures) as f64,
-        };
+        let norms = Norms { values: COLOURS as f64 * covered(mask).max(1.0), share: 1.0 / (SCALES * pictures) as f64 };
         Self { mask, size, norms }
     }
 
@@ -189,12 +186,7 @@ fn halved(x: &[f32], [h, w]: [usize; 2]) -> Vec<f32> {
 /// Puts the gradient in the place of `x`, `[3, h, w]`: `per_value`·x, `per_difference` times the
 /// differences of x from its neighbours, and a quarter of the `coarser` gradient,
 /// `[3, ⌊h/2⌋, ⌊w/2⌋]` or empty.
-fn into_gradient(
-    x: &mut [f32],
-    [h, w]: [usize; 2],
-    [per_value, per_difference]: [f32; 2],
-    coarser: &[f32],
-) {
+fn into_gradient(x: &mut [f32], [h, w]: [usize; 2], [per_value, per_difference]: [f32; 2], coarser: &[f32]) {
     // Rows that were overwritten or are about to be, with their outermost columns repeated: a
     // pixel does not differ from itself.
     let [mut above, mut here] = [vec![0.0; w + 2], vec![0.0; w + 2]];
@@ -212,9 +204,7 @@ fn into_gradient(
                     let below = if y + 1 == h { centre } else { &below[..w] };
                     let across = here[..w].iter().zip(&here[2..]);
                     let down = above.iter().zip(below);
-                    for (((g, x), (left, right)), (up, down)) in
-                        row.iter_mut().zip(centre).zip(across).zip(down)
-                    {
+                    for (((g, x), (left, right)), (up, down)) in row.iter_mut().zip(centre).zip(across).zip(down) {
                         let differences = ((x - left) + (x - right)) + ((x - up) + (x - down));
                         *g = per_value * x + per_difference * differences;
                     }
@@ -239,17 +229,11 @@ mod tests {
     use proptest::prelude::*;
 
     /// Loss and gradient.
-    fn distance_of(
-        predicted: &[f32],
-        truth: &[f32],
-        mask: &[f32],
-        size: [usize; 2],
-    ) -> (f64, Vec<f32>) {
+    fn distance_of(predicted: &[f32], truth: &[f32], mask: &[f32], size: [usize; 2]) -> (f64, Vec<f32>) {
         let mut gradient = predicted.to_vec();
         let pictures = predicted.len() / (3 * mask.len());
         let distance = FeatureDistance::new(mask, size, pictures);
-        let pairs =
-            gradient.chunks_exact_mut(3 * mask.len()).zip(truth.chunks_exact(3 * mask.len()));
+        let pairs = gradient.chunks_exact_mut(3 * mask.len()).zip(truth.chunks_exact(3 * mask.len()));
         let loss = pairs.map(|(x, truth)| distance.replace_by_gradient(x, truth)).sum();
         (loss, gradient)
     }
@@ -289,8 +273,7 @@ mod tests {
                     for y in 0..h / 2 {
                         for i in 0..w / 2 {
                             let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
-                            let sum: f64 =
-                                corners.iter().map(|(a, b)| at(c, 2 * y + a, 2 * i + b)).sum();
+                            let sum: f64 = corners.iter().map(|(a, b)| at(c, 2 * y + a, 2 * i + b)).sum();
                             means.push(sum / 4.0);
                         }
                     }
@@ -318,8 +301,7 @@ mod tests {
         let sizes = [[1, 1], [1, 9], [2, 2], [3, 5], [7, 4], [33, 65], [127, 127], [128, 128]];
         for [h, w] in sizes {
             for pictures in 1..=4 {
-                let (predicted, truth) =
-                    (noise(pictures * 3 * h * w, 1), noise(pictures * 3 * h * w, 2));
+                let (predicted, truth) = (noise(pictures * 3 * h * w, 1), noise(pictures * 3 * h * w, 2));
                 let mask = soft_mask([h, w]);
                 let (loss, _) = distance_of(&predicted, &truth, &mask, [h, w]);
                 let expected = reference(&wide(&predicted), &truth, &mask, [h, w]);
@@ -356,8 +338,7 @@ mod tests {
         let square: f64 = wide(&gradient).iter().map(|g| g * g).sum();
         let moved = |step: f64| {
             let predicted = predicted.iter().zip(&gradient);
-            let moved: Vec<f64> =
-                predicted.map(|(&x, &g)| f64::from(x) + step * f64::from(g)).collect();
+            let moved: Vec<f64> = predicted.map(|(&x, &g)| f64::from(x) + step * f64::from(g)).collect();
             reference(&moved, &truth, &mask, size)
         };
         let slope = (moved(1e-2) - moved(-1e-2)) / 2e-2;

@@ -102,10 +102,7 @@ pub fn some_outputs(
     precision: Precision,
 ) -> Tensor<4> {
     let named: Vec<i64> = outputs.iter().map(|o| *o as i64).collect();
-    let named = Tensor::<1, Int>::from_data(
-        TensorData::new(named, [outputs.len()]),
-        &x.device().without_autodiff(),
-    );
+    let named = Tensor::<1, Int>::from_data(TensorData::new(named, [outputs.len()]), &x.device().without_autodiff());
     let weight = layer.weight.val().select(0, named.clone());
     let bias = layer.bias.as_ref().map(|bias| bias.val().select(0, named));
     convolve(x, skip, weight, bias, activation, precision)
@@ -255,8 +252,7 @@ pub fn losses(output: Tensor<4>, with: &LossInputs) -> (Tensor<1>, Tensor<1>) {
     let tensors = [&with.light, with.mask, &olats, with.plate, with.weights];
     let [light, mask, olats, plate, weights] = tensors.map(|t| t.clone().into_dispatch());
     let output = output.into_dispatch();
-    let (total, parts) =
-        Dispatch::losses(output, light, mask, olats, plate, weights, with.settings);
+    let (total, parts) = Dispatch::losses(output, light, mask, olats, plate, weights, with.settings);
     (Tensor::from_dispatch(total), Tensor::from_dispatch(parts))
 }
 

@@ -195,11 +195,7 @@ impl GroupNorm<'_> {
     fn affine(&self, moments: Moments, channel: usize) -> Affine {
         let Centre { high, low } = moments.centre();
         let scale = f64::from(self.gamma[channel]) * moments.inverse_deviation(self.epsilon);
-        Affine {
-            centre: high,
-            scale: scale as f32,
-            shift: (f64::from(self.beta[channel]) - low * scale) as f32,
-        }
+        Affine { centre: high, scale: scale as f32, shift: (f64::from(self.beta[channel]) - low * scale) as f32 }
     }
 
     /// The channels of the group with this index in `[n, groups]`.
@@ -389,8 +385,7 @@ mod tests {
                     continue;
                 }
                 let case = Case::new(batch, channels, groups, pixels, 0.2);
-                let expected =
-                    case.reference(&wide(&case.x), &wide(&case.gamma), &wide(&case.beta));
+                let expected = case.reference(&wide(&case.x), &wide(&case.gamma), &wide(&case.beta));
                 // Normalised values of up to 3.
                 assert_close(&case.forward().0, &expected, 2e-6);
             }
@@ -440,9 +435,7 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        for (batch, channels, groups, pixels) in
-            [(1, 1, 1, 4), (2, 6, 3, 15), (3, 4, 4, 7), (4, 4, 1, 2)]
-        {
+        for (batch, channels, groups, pixels) in [(1, 1, 1, 4), (2, 6, 3, 15), (3, 4, 4, 7), (4, 4, 1, 2)] {
             let case = Case::new(batch, channels, groups, pixels, 0.2);
             let dy = noise(case.x.len(), 9);
             let gradients = case.backward(&dy);

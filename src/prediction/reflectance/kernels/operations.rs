@@ -76,11 +76,7 @@ pub trait Updates: Backend {
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>);
 
     /// keep · average + (1 − keep) · parameter.
-    fn follow(
-        average: FloatTensor<Self>,
-        parameter: FloatTensor<Self>,
-        keep: f32,
-    ) -> FloatTensor<Self>;
+    fn follow(average: FloatTensor<Self>, parameter: FloatTensor<Self>, keep: f32) -> FloatTensor<Self>;
 
     /// Σ x², `[1]`.
     fn square_sum(x: FloatTensor<Self>) -> FloatTensor<Self>;
@@ -268,8 +264,7 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
     // In place if there is no other owner, in a copy otherwise.
     let mut gradient = whole(output);
     let parts = losses.replace_by_gradient(gradient.storage_mut());
-    let total =
-        settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
+    let total = settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
     (tensor(vec![total], [1]), tensor(vec![parts.reconstruction, parts.rendering], [2]), gradient)
 }
 
@@ -340,20 +335,12 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         struct Convolution;
         impl Backward<Flex, 4> for Convolution {
             type State = ConvolutionState;
-            fn backward(
-                self,
-                ops: Ops<Self::State, 4>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
-                let ConvolutionState { shape, split: channels, weight, activation, inputs } =
-                    ops.state;
+            fn backward(self, ops: Ops<Self::State, 4>, gradients: &mut Gradients, _: &mut Checkpointer) {
+                let ConvolutionState { shape, split: channels, weight, activation, inputs } = ops.state;
                 let gradient = gradients.consume::<Flex>(&ops.node);
                 let [first_node, second_node, weight_node, bias_node] = ops.parents;
-                let wanted = [
-                    first_node.is_some() || second_node.is_some(),
-                    weight_node.is_some() || bias_node.is_some(),
-                ];
+                let wanted =
+                    [first_node.is_some() || second_node.is_some(), weight_node.is_some() || bias_node.is_some()];
                 let [weights, gradient] = [&weight, &gradient].map(Values::new);
                 let (weights, gradient) = (weights.get(), gradient.get());
                 let back = |inputs: GradientInputs| {
@@ -366,9 +353,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                         let output = output.as_ref().map_or(gradient, Values::get);
                         back(GradientInputs::Exact([x.get(), y.get()], output))
                     }
-                    GradientTensors::Rounded([x, y], signs) => {
-                        back(GradientInputs::Rounded([x, y], signs.as_ref()))
-                    }
+                    GradientTensors::Rounded([x, y], signs) => back(GradientInputs::Rounded([x, y], signs.as_ref())),
                 };
                 if let Some(input) = back.input {
                     let sources = split(input, channels, [shape.height, shape.width]);
@@ -393,12 +378,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let shape = convolution_shape(&first, &second, &weight, precision);
         let [x, y, w] = [&first, &second, &weight].map(Clone::clone);
         let output = Flex::convolution(first, second, weight, bias, activation, precision);
-        record!(
-            Convolution,
-            guards,
-            ConvolutionState::new(shape, [x, y], w, activation, &output),
-            output
-        )
+        record!(Convolution, guards, ConvolutionState::new(shape, [x, y], w, activation, &output), output)
     }
 
     fn blur_pool(x: FloatTensor<Self>) -> FloatTensor<Self> {
@@ -406,12 +386,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         struct BlurPool;
         impl Backward<Flex, 1> for BlurPool {
             type State = [usize; 4];
-            fn backward(
-                self,
-                ops: Ops<Self::State, 1>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
+            fn backward(self, ops: Ops<Self::State, 1>, gradients: &mut Gradients, _: &mut Checkpointer) {
                 let gradient = gradients.consume::<Flex>(&ops.node);
                 let [n, c, h, w] = ops.state;
                 if let [Some(node)] = ops.parents {
@@ -433,16 +408,10 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         impl Backward<Flex, 2> for Upsample {
             /// Pictures and channels of both sources; their height and width.
             type State = ([usize; 3], [usize; 2]);
-            fn backward(
-                self,
-                ops: Ops<Self::State, 2>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
+            fn backward(self, ops: Ops<Self::State, 2>, gradients: &mut Gradients, _: &mut Checkpointer) {
                 let gradient = gradients.consume::<Flex>(&ops.node);
                 let ([n, c1, c2], size) = ops.state;
-                let [mut first, mut second] =
-                    [c1, c2].map(|c| vec![0.0; n * c * size[0] * size[1]]);
+                let [mut first, mut second] = [c1, c2].map(|c| vec![0.0; n * c * size[0] * size[1]]);
                 let gradient = Values::new(&gradient);
                 resample::upsample_backward(n, size, gradient.get(), &mut first, &mut second);
                 let sources = [(first, c1), (second, c2)];
@@ -474,12 +443,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         impl Backward<Flex, 3> for Normalize {
             /// x, γ and β; the mean and variance of each group; groups, ε and slope.
             type State = ([FlexTensor; 3], Vec<Moments>, (usize, f64, f32));
-            fn backward(
-                self,
-                ops: Ops<Self::State, 3>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
+            fn backward(self, ops: Ops<Self::State, 3>, gradients: &mut Gradients, _: &mut Checkpointer) {
                 let gradient = gradients.consume::<Flex>(&ops.node);
                 let ([x, gamma, beta], moments, (groups, epsilon, slope)) = ops.state;
                 let shape = dims(&x);
@@ -489,8 +453,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                 let mut dx = vec![0.0; x.get().len()];
                 let [mut dgamma, mut dbeta] = [vec![0.0; shape[1]], vec![0.0; shape[1]]];
                 norm.backward(dy.get(), x.get(), &moments, &mut dx, &mut dgamma, &mut dbeta);
-                let results =
-                    [tensor(dx, shape), tensor(dgamma, [shape[1]]), tensor(dbeta, [shape[1]])];
+                let results = [tensor(dx, shape), tensor(dgamma, [shape[1]]), tensor(dbeta, [shape[1]])];
                 for (node, gradient) in ops.parents.into_iter().zip(results) {
                     if let Some(node) = node {
                         gradients.register::<Flex>(node.id, gradient);
@@ -526,12 +489,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         impl Backward<Flex, 1> for Total {
             /// The gradient, which came with the losses.
             type State = FlexTensor;
-            fn backward(
-                self,
-                ops: Ops<Self::State, 1>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
+            fn backward(self, ops: Ops<Self::State, 1>, gradients: &mut Gradients, _: &mut Checkpointer) {
                 let factor = gradients.consume::<Flex>(&ops.node);
                 if let [Some(node)] = ops.parents {
                     let factor = Values::new(&factor).get()[0];

@@ -86,22 +86,12 @@ mod tests {
 
     #[test]
     fn bf16_is_chosen_where_it_pays() {
-        let shape = Shape {
-            batch: 1,
-            inputs: 32,
-            outputs: 32,
-            height: 64,
-            width: 64,
-            kernel: 3,
-            bf16: false,
-        };
+        let shape = Shape { batch: 1, inputs: 32, outputs: 32, height: 64, width: 64, kernel: 3, bf16: false };
         let bf16 = |precision| shape.with_precision(precision).bf16;
         assert!(!bf16(Precision::Full));
         assert_eq!(bf16(Precision::Mixed), has_bf16());
         assert_eq!(bf16(Precision::Auto), bf16_pays());
-        for (ratio, pays) in
-            [(Some(0.5), false), (Some(1.2), false), (Some(1.9), true), (None, false)]
-        {
+        for (ratio, pays) in [(Some(0.5), false), (Some(1.2), false), (Some(1.9), true), (None, false)] {
             let peak = Peak { f32: 2e11, bf16: ratio.map(|ratio| ratio * 2e11) };
             assert_eq!(peak.bf16_pays(), pays, "{ratio:?}");
         }

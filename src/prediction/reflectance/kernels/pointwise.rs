@@ -199,11 +199,7 @@ mod tests {
     }
 
     /// Largest error of `values`, relative to the `expected` value of each of `x`.
-    fn largest_relative_error(
-        x: &[f32],
-        values: impl IntoIterator<Item = f64>,
-        expected: impl Fn(f64) -> f64,
-    ) -> f64 {
+    fn largest_relative_error(x: &[f32], values: impl IntoIterator<Item = f64>, expected: impl Fn(f64) -> f64) -> f64 {
         let values = x.iter().zip(values);
         values.map(|(&x, value)| (value / expected(f64::from(x)) - 1.0).abs()).fold(0.0, f64::max)
     }

@@ -129,13 +129,7 @@ pub fn upsample(batch: usize, [h, w]: [usize; 2], first: &[f32], second: &[f32],
 
 /// The gradient of [`upsample`]: `dout` is `[n, c1 + c2, 2h, 2w]`, `dfirst` is `[n, c1, h, w]`,
 /// `dsecond` is `[n, c2, h, w]` or empty.
-pub fn upsample_backward(
-    batch: usize,
-    [h, w]: [usize; 2],
-    dout: &[f32],
-    dfirst: &mut [f32],
-    dsecond: &mut [f32],
-) {
+pub fn upsample_backward(batch: usize, [h, w]: [usize; 2], dout: &[f32], dfirst: &mut [f32], dsecond: &mut [f32]) {
     let c1 = channels(dfirst.len(), batch, h * w);
     let c2 = channels(dsecond.len(), batch, h * w);
     assert_eq!(dout.len(), batch * (c1 + c2) * 4 * h * w);
@@ -170,12 +164,7 @@ pub fn upsample_backward(
 /// Calls `fill(index, row, scratch)` for each row of `width` elements of `out`, with `scratch`
 /// elements of working memory.
 #[inline(always)]
-fn each_row(
-    out: &mut [f32],
-    width: usize,
-    scratch: usize,
-    fill: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
-) {
+fn each_row(out: &mut [f32], width: usize, scratch: usize, fill: impl Fn(usize, &mut [f32], &mut [f32]) + Sync) {
     let rows = (WORTH_A_THREAD / width).max(1);
     each_chunk(
         out,
@@ -213,8 +202,7 @@ mod tests {
     use crate::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
     use proptest::prelude::*;
 
-    const SIZES: [[usize; 2]; 8] =
-        [[1, 1], [1, 2], [3, 5], [4, 1], [6, 4], [17, 64], [127, 127], [128, 128]];
+    const SIZES: [[usize; 2]; 8] = [[1, 1], [1, 2], [3, 5], [4, 1], [6, 4], [17, 64], [127, 127], [128, 128]];
 
     /// For each result of an axis, its sources and their weights before edges are repeated.
     type Taps = fn(isize) -> Vec<(isize, f64)>;
@@ -269,8 +257,7 @@ mod tests {
             let x = noise(3 * h * w, 1);
             let expected = x.chunks(h * w);
             let to = [h.div_ceil(2), w.div_ceil(2)];
-            let expected: Vec<f64> =
-                expected.flat_map(|plane| filtered(plane, [h, w], BINOMIAL, to)).collect();
+            let expected: Vec<f64> = expected.flat_map(|plane| filtered(plane, [h, w], BINOMIAL, to)).collect();
             assert_close(&pooled(&x, 3, [h, w]), &expected, &format!("{h}×{w}"));
         }
     }
@@ -279,10 +266,8 @@ mod tests {
     fn upsampling_is_bilinear_with_half_pixel_centres() {
         for [h, w] in SIZES {
             let x = noise(3 * h * w, 2);
-            let expected: Vec<f64> = x
-                .chunks(h * w)
-                .flat_map(|plane| filtered(plane, [h, w], BILINEAR, [2 * h, 2 * w]))
-                .collect();
+            let expected: Vec<f64> =
+                x.chunks(h * w).flat_map(|plane| filtered(plane, [h, w], BILINEAR, [2 * h, 2 * w])).collect();
             assert_close(&doubled(1, [h, w], &x, &[]), &expected, &format!("{h}×{w}"));
         }
     }

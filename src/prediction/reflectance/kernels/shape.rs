@@ -24,13 +24,7 @@ pub trait Rows: Sync {
     fn fill(&self, picture: usize, channel: usize, y: usize, into: &mut [f32]);
 
     /// The same row, in `scratch` if it has to be computed.
-    fn get<'s>(
-        &'s self,
-        picture: usize,
-        channel: usize,
-        y: usize,
-        scratch: &'s mut [f32],
-    ) -> &'s [f32] {
+    fn get<'s>(&'s self, picture: usize, channel: usize, y: usize, scratch: &'s mut [f32]) -> &'s [f32] {
         self.fill(picture, channel, y, scratch);
         scratch
     }

@@ -29,13 +29,7 @@ fn assert_within<const D: usize>(bound: f32, what: &str, ours: Tensor<D>, burns:
 }
 
 /// `bound` is relative to the largest value, and to at least `size`: a sum of random terms may happen to be near 0.
-fn assert_sums<const D: usize>(
-    bound: f32,
-    size: f32,
-    what: &str,
-    ours: Tensor<D>,
-    burns: Tensor<D>,
-) {
+fn assert_sums<const D: usize>(bound: f32, size: f32, what: &str, ours: Tensor<D>, burns: Tensor<D>) {
     assert_eq!(ours.dims(), burns.dims(), "{what}");
     let (ours, burns) = (values(ours), values(burns));
     let largest = burns.iter().fold(size, |m, v| m.max(v.abs()));
@@ -144,14 +138,7 @@ fn mixed_precision_is_as_close_as_it_says() {
 
 #[test]
 fn convolution_and_its_gradients_are_those_of_burn() {
-    let case = |batch, inputs, outputs, size, kernel| Case {
-        batch,
-        inputs,
-        outputs,
-        size,
-        kernel,
-        strided: false,
-    };
+    let case = |batch, inputs, outputs, size, kernel| Case { batch, inputs, outputs, size, kernel, strided: false };
     for case in [
         case(1, [1, 0], 1, [1, 1], 3),
         case(2, [3, 0], 5, [3, 5], 3),
@@ -257,13 +244,9 @@ fn resampling_of_large_and_small_pictures_is_that_of_burn() {
 #[test]
 fn normalization_and_its_gradients_are_those_of_burn() {
     let device = Device::flex().autodiff();
-    for (batch, channels, groups, [h, w]) in [
-        (1, 8, 8, [5, 3]),
-        (2, 16, 8, [64, 64]),
-        (4, 64, 8, [9, 127]),
-        (1, 512, 8, [4, 4]),
-        (3, 6, 1, [2, 2]),
-    ] {
+    for (batch, channels, groups, [h, w]) in
+        [(1, 8, 8, [5, 3]), (2, 16, 8, [64, 64]), (4, 64, 8, [9, 127]), (1, 512, 8, [4, 4]), (3, 6, 1, [2, 2])]
+    {
         let mut norm = GroupNormConfig::new(groups, channels).init(&device);
         norm.gamma = Some(Param::from_tensor(random([channels], &device)));
         norm.beta = Some(Param::from_tensor(random([channels], &device)));
@@ -306,12 +289,7 @@ fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
         }
         // A tenth of the way from 0 and 1 to this picture's statistics.
         let mean = norm.running_mean.value();
-        assert_within(
-            1e-4,
-            "mean",
-            mean * 10.0,
-            x.inner().narrow(2, 0, 1).narrow(3, 0, 1).reshape([5]),
-        );
+        assert_within(1e-4, "mean", mean * 10.0, x.inner().narrow(2, 0, 1).narrow(3, 0, 1).reshape([5]));
         let variances = values(norm.running_var.value());
         assert!(variances.iter().all(|v| (v - 0.9).abs() < 1e-4), "{variances:?}");
     }
@@ -341,10 +319,7 @@ fn a_gradient_is_the_slope_of_the_loss() {
     let h = 1e-2;
     let at = |t: f32| loss(x.clone() + direction.clone() * t).into_scalar::<f32>();
     let difference = (at(h) - at(-h)) / (2.0 * h);
-    assert!(
-        (slope - difference).abs() < 2e-3 * slope.abs().max(1.0),
-        "{slope} against {difference}"
-    );
+    assert!((slope - difference).abs() < 2e-3 * slope.abs().max(1.0), "{slope} against {difference}");
 }
 
 #[test]
@@ -358,13 +333,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
         pool.build().unwrap().install(|| {
             let mut bits = Vec::new();
             for x in [&small, &large] {
-                let y = convolution(
-                    x.clone(),
-                    None,
-                    &layer,
-                    Activation::LeakyRelu(0.2),
-                    Precision::Full,
-                );
+                let y = convolution(x.clone(), None, &layer, Activation::LeakyRelu(0.2), Precision::Full);
                 let gradients = (y.clone() * y.clone()).sum().backward();
                 bits.extend(values(y));
                 bits.extend(values(x.grad(&gradients).unwrap()));
@@ -412,10 +381,7 @@ fn convolutions_at_once_do_not_disturb_each_other() {
     for precision in [Precision::Full, Precision::Mixed] {
         let alone: Vec<_> = inputs.iter().map(|x| run(x, precision)).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(4);
-        let together: Vec<_> = pool
-            .build()
-            .unwrap()
-            .install(|| inputs.par_iter().map(|x| run(x, precision)).collect());
+        let together: Vec<_> = pool.build().unwrap().install(|| inputs.par_iter().map(|x| run(x, precision)).collect());
         assert!(alone == together, "{precision:?}");
     }
 }

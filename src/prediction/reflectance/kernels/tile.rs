@@ -33,19 +33,14 @@ impl Packed {
             for (channel, values) in values.chunks_exact_mut(taps).enumerate() {
                 for (tap, values) in values.iter_mut().enumerate() {
                     // Surplus rows of the last block repeat the last row: their sums are discarded.
-                    *values =
-                        core::array::from_fn(|r| value((first + r).min(rows - 1), channel, tap));
+                    *values = core::array::from_fn(|r| value((first + r).min(rows - 1), channel, tap));
                 }
             }
         })
     }
 
     /// Packs rows of `length` elements, at least one; `pack(block, values)` fills each block.
-    pub fn of_blocks(
-        rows: usize,
-        length: usize,
-        pack: impl Fn(usize, &mut [[f32; ROWS]]) + Sync,
-    ) -> Self {
+    pub fn of_blocks(rows: usize, length: usize, pack: impl Fn(usize, &mut [[f32; ROWS]]) + Sync) -> Self {
         let mut values = vec![[0.0; ROWS]; rows.div_ceil(ROWS) * length];
         let blocks = values.par_chunks_mut(length).enumerate();
         let least = (WORTH_A_THREAD / (ROWS * length)).max(1);
@@ -109,13 +104,7 @@ impl Product<'_> {
 
     /// `R` rows from `first` on.
     #[inline(always)]
-    fn fill_rows<S: Simd, const R: usize>(
-        &self,
-        simd: S,
-        first: usize,
-        position: usize,
-        tile: &mut Tile,
-    ) {
+    fn fill_rows<S: Simd, const R: usize>(&self, simd: S, first: usize, position: usize, tile: &mut Tile) {
         // With AVX2 sums, right factors and the broadcast take all registers. The compiler keeps them there only with
         // this shape of the loops: check with `make bench`, since a spill costs half the speed.
         let Self { left, right, start } = *self;

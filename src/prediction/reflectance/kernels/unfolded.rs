@@ -46,14 +46,7 @@ impl Unfolded {
 }
 
 /// As [`convolution::forward`](super::convolution::forward).
-pub fn forward(
-    shape: &Shape,
-    x: Sources,
-    weight: &[f32],
-    bias: &[f32],
-    activation: Activation,
-    out: &mut [f32],
-) {
+pub fn forward(shape: &Shape, x: Sources, weight: &[f32], bias: &[f32], activation: Activation, out: &mut [f32]) {
     let (columns, pixels) = (shape.columns(), shape.plane());
     for (picture, out) in out.chunks_exact_mut(shape.outputs * pixels).enumerate() {
         let unfolded = Unfolded::new(shape, x, picture);
@@ -169,11 +162,7 @@ fn dots<S: Simd, const T: usize>(
 
 /// A picture's gradient before the activation, `[outputs, pixels]`; `before(picture, channel, y, into)`
 /// fills a row of it.
-fn gradient(
-    shape: &Shape,
-    picture: usize,
-    before: &(impl Fn(usize, usize, usize, &mut [f32]) + Sync),
-) -> Vec<f32> {
+fn gradient(shape: &Shape, picture: usize, before: &(impl Fn(usize, usize, usize, &mut [f32]) + Sync)) -> Vec<f32> {
     let mut gradient = vec![0.0; shape.outputs * shape.plane()];
     for (i, row) in gradient.chunks_exact_mut(shape.width).enumerate() {
         before(picture, i / shape.height, i % shape.height, row);
@@ -224,14 +213,9 @@ impl WithSimd for ByWeights<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
         let outputs = self.weight.len() / self.columns;
-        let left = Packed::new(outputs, (self.pixels, 1), |output, pixel, _| {
-            self.gradient[output * self.pixels + pixel]
-        });
-        let right = Factor {
-            values: &self.unfolded.values,
-            channel_stride: self.unfolded.row_length,
-            taps: &[0],
-        };
+        let left =
+            Packed::new(outputs, (self.pixels, 1), |output, pixel, _| self.gradient[output * self.pixels + pixel]);
+        let right = Factor { values: &self.unfolded.values, channel_stride: self.unfolded.row_length, taps: &[0] };
         let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         for column in (0..self.columns).step_by(step) {
             let run = step.min(self.columns - column);
@@ -266,9 +250,7 @@ pub fn by_input(
 fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
     let (columns, pixels) = (shape.columns(), shape.plane());
     let mut spread = vec![0.0; columns.div_ceil(COLUMNS) * pixels * COLUMNS];
-    let gradient = Packed::new(pixels, (shape.outputs, 1), |pixel, output, _| {
-        gradient[output * pixels + pixel]
-    });
+    let gradient = Packed::new(pixels, (shape.outputs, 1), |pixel, output, _| gradient[output * pixels + pixel]);
     let blocks = spread.par_chunks_mut(pixels * COLUMNS).enumerate();
     blocks.for_each(|(block, spread)| {
         arch().dispatch(SpreadGradient {
@@ -289,10 +271,8 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
             let spread = &spread[column / COLUMNS * pixels * COLUMNS + column % COLUMNS..];
             let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
             // Pixels for which this tap lies inside the picture.
-            let ys = radius.saturating_sub(ky)
-                ..(shape.height + radius).saturating_sub(ky).min(shape.height);
-            let xs = radius.saturating_sub(kx)
-                ..(shape.width + radius).saturating_sub(kx).min(shape.width);
+            let ys = radius.saturating_sub(ky)..(shape.height + radius).saturating_sub(ky).min(shape.height);
+            let xs = radius.saturating_sub(kx)..(shape.width + radius).saturating_sub(kx).min(shape.width);
             for y in ys {
                 for x in xs.clone() {
                     let to = (y + ky - radius) * shape.width + x + kx - radius;
@@ -331,11 +311,7 @@ impl WithSimd for SpreadGradient<'_> {
             let (skipped, run) = (column - from, step.min(last - column));
             for pixel in (0..self.pixels).step_by(ROWS) {
                 let used = ROWS.min(self.pixels - pixel);
-                let product = tile::Product {
-                    left: self.gradient.block(pixel / ROWS),
-                    right,
-                    start: [0.0; ROWS],
-                };
+                let product = tile::Product { left: self.gradient.block(pixel / ROWS), right, start: [0.0; ROWS] };
                 product.fill(simd, from, used, &mut tile);
                 for (r, sums) in tile.iter().take(used).enumerate() {
                     let start = (pixel + r) * COLUMNS + column - self.first;

@@ -32,21 +32,14 @@ pub struct FeatureCache {
 
 impl FeatureCache {
     /// Layers of `pictures`, `[n, 3, h, w]`, with the names `names`.
-    pub fn layers(
-        &mut self,
-        network: &FeatureNetwork,
-        pictures: Tensor<4>,
-        names: &[PictureId],
-    ) -> Vec<Tensor<4>> {
-        let new: Vec<usize> =
-            (0..names.len()).filter(|i| !self.kept.contains_key(&names[*i])).collect();
+    pub fn layers(&mut self, network: &FeatureNetwork, pictures: Tensor<4>, names: &[PictureId]) -> Vec<Tensor<4>> {
+        let new: Vec<usize> = (0..names.len()).filter(|i| !self.kept.contains_key(&names[*i])).collect();
         if new.len() == names.len() {
             let layers = network.forward(pictures);
             self.keep(&layers, names.iter().copied());
             return layers;
         }
-        let computed =
-            if new.is_empty() { Vec::new() } else { network.forward(rows(pictures, &new)) };
+        let computed = if new.is_empty() { Vec::new() } else { network.forward(rows(pictures, &new)) };
         let mut next = 0;
         let each: Vec<Vec<Tensor<4>>> = names
             .iter()
@@ -59,9 +52,7 @@ impl FeatureCache {
             })
             .collect();
         self.keep(&computed, new.into_iter().map(|i| names[i]));
-        (0..each[0].len())
-            .map(|layer| Tensor::cat(each.iter().map(|l| l[layer].clone()).collect(), 0))
-            .collect()
+        (0..each[0].len()).map(|layer| Tensor::cat(each.iter().map(|l| l[layer].clone()).collect(), 0)).collect()
     }
 
     fn keep(&mut self, layers: &[Tensor<4>], names: impl Iterator<Item = PictureId>) {

@@ -93,9 +93,7 @@ mod tests {
 
     #[test]
     fn lpips_has_the_published_distances() {
-        let Some(folder) = test_support::shared("data/weights") else {
-            return;
-        };
+        let Some(folder) = test_support::shared("data/weights") else { return };
         let lpips = Lpips::open(&folder.join("squeezenet1_1_lpips_v0_1.safetensors")).unwrap();
         let read = |name: &str| {
             let picture = image::open(folder.join(name)).unwrap().to_rgb8();

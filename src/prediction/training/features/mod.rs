@@ -112,13 +112,7 @@ impl Features {
     }
 
     /// Sum of the distances of pictures.
-    fn distances(
-        &self,
-        predicted: Tensor<4>,
-        truth: Vec<Tensor<4>>,
-        mask: &Tensor<4>,
-        share: &Tensor<1>,
-    ) -> Tensor<1> {
+    fn distances(&self, predicted: Tensor<4>, truth: Vec<Tensor<4>>, mask: &Tensor<4>, share: &Tensor<1>) -> Tensor<1> {
         let predicted = self.network.forward(predicted);
         let layers = predicted.len() as f32;
         let mut sum = share.zeros_like();

@@ -37,10 +37,7 @@ impl Architecture {
             ("features.16.weight", Self::Vgg19),
             ("features.17.weight", Self::Vgg16),
         ];
-        known
-            .into_iter()
-            .find_map(|(name, network)| file.has(name).then_some(network))
-            .ok_or_else(|| file.unknown())
+        known.into_iter().find_map(|(name, network)| file.has(name).then_some(network)).ok_or_else(|| file.unknown())
     }
 
     /// Common name.
@@ -62,10 +59,7 @@ pub struct FeatureNetwork {
 
 /// A layer, its ReLU included.
 #[derive(Module, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a network has a dozen layers, and their weights are on the heap"
-)]
+#[expect(clippy::large_enum_variant, reason = "a network has a dozen layers, and their weights are on the heap")]
 pub enum Layer {
     /// Stride 1, and the picture keeps its size.
     Convolution(Conv2d),
@@ -181,9 +175,7 @@ fn vgg(convolutions: [usize; 4], file: &WeightFile, device: &Device) -> Result<V
 /// The first convolution, and fire modules 4, 7 and 9 to 12 of torchvision's list: the layers of LPIPS.
 fn squeezenet(file: &WeightFile, device: &Device) -> Result<Vec<Vec<Layer>>> {
     let fire = |index: usize, [inputs, squeezed, expanded]: [usize; 3]| {
-        let layer = |part: &str, shape| {
-            convolution(file, &format!("features.{index}.{part}"), shape, device)
-        };
+        let layer = |part: &str, shape| convolution(file, &format!("features.{index}.{part}"), shape, device);
         Ok(Layer::Fire(Fire {
             squeeze: layer("squeeze", [inputs, squeezed, 1])?,
             expand1x1: layer("expand1x1", [squeezed, expanded, 1])?,

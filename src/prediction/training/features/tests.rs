@@ -45,10 +45,7 @@ fn squeezenet_shapes() -> Vec<(String, Vec<usize>)> {
     layers
         .into_iter()
         .flat_map(|(name, [inputs, outputs, kernel])| {
-            [
-                (format!("{name}.weight"), vec![outputs, inputs, kernel, kernel]),
-                (format!("{name}.bias"), vec![outputs]),
-            ]
+            [(format!("{name}.weight"), vec![outputs, inputs, kernel, kernel]), (format!("{name}.bias"), vec![outputs])]
         })
         .collect()
 }
@@ -99,16 +96,12 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
 
 #[test]
 fn layers_and_gradients_are_those_of_pytorch() {
-    let Some(python) = test_support::python(&["torch", "safetensors"]) else {
-        return;
-    };
+    let Some(python) = test_support::python(&["torch", "safetensors"]) else { return };
     let script = test_support::repository("tests/peers/features.py");
     let device = Device::flex().autodiff();
-    for (name, architecture) in [
-        ("squeezenet", Architecture::SqueezeNet),
-        ("vgg16", Architecture::Vgg16),
-        ("vgg19", Architecture::Vgg19),
-    ] {
+    for (name, architecture) in
+        [("squeezenet", Architecture::SqueezeNet), ("vgg16", Architecture::Vgg16), ("vgg19", Architecture::Vgg19)]
+    {
         let folder = tempfile::tempdir().unwrap();
         let mut peer = Command::new(&python);
         peer.arg(&script).args(["--network", name, "--out"]);
@@ -140,9 +133,7 @@ fn layers_and_gradients_are_those_of_pytorch() {
 #[test]
 fn the_published_squeezenet_loads_and_sees_more_in_a_larger_change() {
     let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
-    let Some(path) = test_support::shared(weights) else {
-        return;
-    };
+    let Some(path) = test_support::shared(weights) else { return };
     let device = Device::flex();
     let mut features = Features::open(&path, &device).unwrap();
     assert_eq!(features.architecture().name(), "SqueezeNet 1.1");
@@ -194,9 +185,7 @@ fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
     let device = Device::flex().autodiff();
     let mut features = squeezenet(&device);
     let mask = Tensor::ones([1, 1, 16, 16], &device);
-    for (predicted, truth) in
-        [(0.0, 0.0), (0.4, 0.4), (0.0, 0.88), (0.88, 0.0), (65.0, 65.0), (65.0, 0.0)]
-    {
+    for (predicted, truth) in [(0.0, 0.0), (0.4, 0.4), (0.0, 0.88), (0.88, 0.0), (65.0, 65.0), (65.0, 0.0)] {
         let picture = |level: f32| Tensor::<4>::full([2, 3, 16, 16], level, &device);
         let predicted = picture(predicted).require_grad();
         let loss = features.distance(predicted.clone(), picture(truth), &mask, None);

@@ -33,9 +33,7 @@ impl WeightFile {
         files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
-            "safetensors" => {
-                SafetensorsStore::from_file(path).get_all_tensors().map_err(|e| refuse(&e))?.clone()
-            }
+            "safetensors" => SafetensorsStore::from_file(path).get_all_tensors().map_err(|e| refuse(&e))?.clone(),
             "pth" | "pt" => PytorchReader::new(path)
                 .map_err(|e| refuse(&e))?
                 .into_tensors()
@@ -44,10 +42,7 @@ impl WeightFile {
                 .collect(),
             _ => {
                 return Err(Error::invalid(
-                    format!(
-                        "{} ends in {extension:?}, not in .safetensors or .pth",
-                        path.display()
-                    ),
+                    format!("{} ends in {extension:?}, not in .safetensors or .pth", path.display()),
                     REMEDY,
                 ));
             }
@@ -70,11 +65,8 @@ impl WeightFile {
         shape: [usize; D],
         device: &Device,
     ) -> Result<Param<Tensor<D>>> {
-        let refuse = |found: String| {
-            self.invalid(format!("expected {name} of shape {shape:?}, found {found}"))
-        };
-        let tensor =
-            self.tensors.get(name).ok_or_else(|| refuse("no tensor of that name".to_owned()))?;
+        let refuse = |found: String| self.invalid(format!("expected {name} of shape {shape:?}, found {found}"));
+        let tensor = self.tensors.get(name).ok_or_else(|| refuse("no tensor of that name".to_owned()))?;
         if tensor.shape.as_slice() != shape {
             return Err(refuse(format!("shape {:?}", tensor.shape.as_slice())));
         }
@@ -84,9 +76,7 @@ impl WeightFile {
         let values = tensor
             .to_bytes()
             .map_err(|e| e.to_string())
-            .and_then(|bytes| {
-                TensorData::try_from_bytes(bytes, shape, tensor.dtype).map_err(|e| e.to_string())
-            })
+            .and_then(|bytes| TensorData::try_from_bytes(bytes, shape, tensor.dtype).map_err(|e| e.to_string()))
             .and_then(|data| data.try_into_vec_as::<f32>().map_err(|e| e.to_string()))
             .map_err(|e| Error::codec("read", &self.path, format!("{name}: {e}"), REMEDY))?;
         if !values.iter().all(|v| v.is_finite()) {

@@ -32,8 +32,7 @@ pub fn flow(
 ) -> Vec<[f32; 2]> {
     let (width, height) = from.size();
     let count = width * height;
-    let alike =
-        to.size() == from.size() && [from, to].iter().all(|picture| picture.pixels.len() == count);
+    let alike = to.size() == from.size() && [from, to].iter().all(|picture| picture.pixels.len() == count);
     if !alike || width.min(height) < PATCH {
         return vec![[0.0; 2]; count];
     }
@@ -90,11 +89,7 @@ mod tests {
 
     /// Mean error of a known warp's offsets in pixels, 5 pixels and more from the borders of both
     /// pictures.
-    fn error(
-        (width, height): (usize, usize),
-        guess: Option<[f32; 2]>,
-        warp: impl Fn(f32, f32) -> [f32; 2],
-    ) -> f32 {
+    fn error((width, height): (usize, usize), guess: Option<[f32; 2]>, warp: impl Fn(f32, f32) -> [f32; 2]) -> f32 {
         let to = Raster::from_fn(width, height, |x, y| texture(x as f32, y as f32));
         let from = Raster::from_fn(width, height, |x, y| {
             let [dx, dy] = warp(x as f32, y as f32);
@@ -107,10 +102,7 @@ mod tests {
             .filter_map(|p| {
                 let (x, y) = ((p % width) as f32, (p / width) as f32);
                 let [dx, dy] = warp(x, y);
-                let inside = near(x, width)
-                    && near(y, height)
-                    && near(x + dx, width)
-                    && near(y + dy, height);
+                let inside = near(x, width) && near(y, height) && near(x + dx, width) && near(y + dy, height);
                 inside.then(|| (found[p][0] - dx).hypot(found[p][1] - dy))
             })
             .collect();
@@ -127,8 +119,7 @@ mod tests {
 
     #[test]
     fn a_smooth_warp_is_found() {
-        let warp =
-            |x: f32, y: f32| [4.0 * (0.03 * y).sin() + 1.0, 3.0 * (0.025 * x + 0.01 * y).cos()];
+        let warp = |x: f32, y: f32| [4.0 * (0.03 * y).sin() + 1.0, 3.0 * (0.025 * x + 0.01 * y).cos()];
         let error = error((160, 128), None, warp);
         assert!(error < 0.15, "{error}");
     }
@@ -143,25 +134,15 @@ mod tests {
     #[test]
     fn even_pictures_stay_in_place() {
         let picture = Raster::filled(50, 33, 77.0);
-        assert!(
-            flow(&picture, &picture, None, &FlowSettings::default()).iter().all(|o| *o == [0.0; 2])
-        );
+        assert!(flow(&picture, &picture, None, &FlowSettings::default()).iter().all(|o| *o == [0.0; 2]));
     }
 
     #[test]
     fn offsets_are_finite_for_any_pictures() {
         let settings = FlowSettings { finest_scale: 1, stride: 0, ..FlowSettings::default() };
         for size in [(0, 0), (1, 1), (3, 200), (8, 8), (9, 21), (33, 70)] {
-            let from = Raster::from_fn(size.0, size.1, |x, y| {
-                if (x + y) % 5 == 0 { f32::NAN } else { (x * y) as f32 }
-            });
-            let to = Raster::from_fn(
-                size.0,
-                size.1,
-                |x, _| {
-                    if x % 3 == 0 { f32::INFINITY } else { -9.0 }
-                },
-            );
+            let from = Raster::from_fn(size.0, size.1, |x, y| if (x + y) % 5 == 0 { f32::NAN } else { (x * y) as f32 });
+            let to = Raster::from_fn(size.0, size.1, |x, _| if x % 3 == 0 { f32::INFINITY } else { -9.0 });
             let start = vec![[f32::NAN, f32::NEG_INFINITY]; size.0 * size.1];
             for settings in [&settings, &FlowSettings::default()] {
                 let offsets = flow(&from, &to, Some(&start), settings);
@@ -169,9 +150,6 @@ mod tests {
                 assert!(offsets.iter().flatten().all(|v| v.is_finite()), "{size:?}");
             }
         }
-        assert_eq!(
-            flow(&Raster::filled(9, 9, 1.0), &Raster::filled(8, 9, 1.0), None, &settings),
-            [[0.0; 2]; 81]
-        );
+        assert_eq!(flow(&Raster::filled(9, 9, 1.0), &Raster::filled(8, 9, 1.0), None, &settings), [[0.0; 2]; 81]);
     }
 }

@@ -73,10 +73,10 @@ impl Patch {
             let rising = Vector::read(pixels, above + 1) - Vector::read(pixels, below - 1);
             let scale = Vector::all(0.125);
             let twice = Vector::all(0.25);
-            slope_x[k] = scale * (falling + rising)
-                + twice * (Vector::read(pixels, at + 1) - Vector::read(pixels, at - 1));
-            slope_y[k] = scale * (falling - rising)
-                + twice * (Vector::read(pixels, below) - Vector::read(pixels, above));
+            slope_x[k] =
+                scale * (falling + rising) + twice * (Vector::read(pixels, at + 1) - Vector::read(pixels, at - 1));
+            slope_y[k] =
+                scale * (falling - rising) + twice * (Vector::read(pixels, below) - Vector::read(pixels, above));
             sum_x = sum_x + slope_x[k];
             sum_y = sum_y + slope_y[k];
         }
@@ -218,12 +218,7 @@ pub fn matched(
 
 /// Means of the patches' offsets around each pixel.
 #[inline(always)]
-fn spread(
-    to: &Raster<f32>,
-    patches: &[Patch],
-    found: &[Trial],
-    (width, height): (usize, usize),
-) -> Field {
+fn spread(to: &Raster<f32>, patches: &[Patch], found: &[Trial], (width, height): (usize, usize)) -> Field {
     let mut x = Raster::filled(width, height, 0.0);
     let mut y = x.clone();
     let mut weights = vec![0.0; width * height];
@@ -232,11 +227,9 @@ fn spread(
         for (k, miss) in misses.iter().enumerate() {
             let at = (patch.corner[1] + k) * width + patch.corner[0];
             let weight = Vector::all(1.0) / miss.magnitude();
-            for (sum, value) in [
-                (&mut x.pixels, trial.offset[0]),
-                (&mut y.pixels, trial.offset[1]),
-                (&mut weights, 1.0),
-            ] {
+            for (sum, value) in
+                [(&mut x.pixels, trial.offset[0]), (&mut y.pixels, trial.offset[1]), (&mut weights, 1.0)]
+            {
                 (Vector::read(sum, at) + weight * Vector::all(value)).write(sum, at);
             }
         }

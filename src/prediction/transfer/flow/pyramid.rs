@@ -24,8 +24,7 @@ pub fn pyramid(picture: Raster<f32>, halvings: usize, scale: f32) -> Vec<Raster<
 pub fn doubled(plane: &Raster<f32>, (width, height): (usize, usize)) -> Raster<f32> {
     let beside = |i: usize, length: usize| {
         let near = (i / 2).min(length - 1);
-        let far =
-            if i.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(length - 1) };
+        let far = if i.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(length - 1) };
         (near, far)
     };
     let columns: Vec<_> = (0..width).map(|x| beside(x, plane.width)).collect();

@@ -49,9 +49,7 @@ fn pulled(to: &Raster<f32>, field: &Field) -> (Vec<f32>, Vec<f32>) {
     let (width, height) = to.size();
     let (mut codes, mut seen) = (vec![0.0; width * height], vec![0.0; width * height]);
     let (right, bottom) = ((width - 1) as f32, (height - 1) as f32);
-    for (y, (codes, seen)) in
-        codes.chunks_exact_mut(width).zip(seen.chunks_exact_mut(width)).enumerate()
-    {
+    for (y, (codes, seen)) in codes.chunks_exact_mut(width).zip(seen.chunks_exact_mut(width)).enumerate() {
         let offsets = field[0].pixels[y * width..].iter().zip(&field[1].pixels[y * width..]);
         for (x, ((code, seen), (u, v))) in codes.iter_mut().zip(seen).zip(offsets).enumerate() {
             let (x, y) = (x as f32 + u, y as f32 + v);
@@ -131,12 +129,7 @@ impl Halves {
 /// Data term of a refinement of `field`: vectors of both halves of each row. A miss is that of
 /// offset 0, by linearisation at `field`; misses and slopes are divided by the slopes' length.
 #[inline(always)]
-fn data_terms(
-    from: &Raster<f32>,
-    to: &Raster<f32>,
-    field: &Field,
-    halves: Halves,
-) -> Vec<[Vector; TERMS]> {
+fn data_terms(from: &Raster<f32>, to: &Raster<f32>, field: &Field, halves: Halves) -> Vec<[Vector; TERMS]> {
     let (width, height) = from.size();
     let (pulled, seen) = pulled(to, field);
     let mean: Vec<f32> = from.pixels.iter().zip(&pulled).map(|(a, b)| 0.5 * (a + b)).collect();
@@ -153,11 +146,9 @@ fn data_terms(
     let mut split = vec![0.0; TERMS * halves.stride()];
     for (y, out) in terms.chunks_exact_mut(2 * halves.vectors).enumerate() {
         let at = y * width..(y + 1) * width;
-        let (u, v, seen) =
-            (&field[0].pixels[at.clone()], &field[1].pixels[at.clone()], &seen[at.clone()]);
+        let (u, v, seen) = (&field[0].pixels[at.clone()], &field[1].pixels[at.clone()], &seen[at.clone()]);
         for (sources, out) in sources.iter().zip(row.chunks_mut(3 * width)) {
-            let (sx, sy, miss) =
-                (&sources[0][at.clone()], &sources[1][at.clone()], &sources[2][at.clone()]);
+            let (sx, sy, miss) = (&sources[0][at.clone()], &sources[1][at.clone()], &sources[2][at.clone()]);
             let (a, out) = out.split_at_mut(width);
             let (b, c) = out.split_at_mut(width);
             for x in 0..width {
@@ -170,9 +161,7 @@ fn data_terms(
         }
         row[9 * width..10 * width].copy_from_slice(u);
         row[10 * width..].copy_from_slice(v);
-        for (k, (row, split)) in
-            row.chunks_exact(width).zip(split.chunks_exact_mut(halves.stride())).enumerate()
-        {
+        for (k, (row, split)) in row.chunks_exact(width).zip(split.chunks_exact_mut(halves.stride())).enumerate() {
             halves.split(row, split);
             for (n, out) in out.iter_mut().enumerate() {
                 let (half, at) = (n / halves.vectors, n % halves.vectors * PATCH + 1);
@@ -198,9 +187,7 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
             let mut u = vec![0.0; (height + 2) * stride];
             let mut v = u.clone();
             for (plane, field) in [&mut u, &mut v].into_iter().zip(field.iter()) {
-                for (out, row) in
-                    plane[stride..].chunks_exact_mut(stride).zip(field.pixels.chunks_exact(width))
-                {
+                for (out, row) in plane[stride..].chunks_exact_mut(stride).zip(field.pixels.chunks_exact(width)) {
                     halves.split(row, out);
                 }
             }
@@ -232,21 +219,15 @@ pub fn refine(from: &Raster<f32>, to: &Raster<f32>, field: &mut Field, settings:
                     for sweep in 0..2 * SWEEPS {
                         if step >= sweep && step - sweep < height {
                             let row = step - sweep;
-                            let (half, at) =
-                                (step % 2, row % (2 * SWEEPS) * size + step % 2 * halves.vectors);
-                            let rows = [
-                                &mut u[row * stride..][..3 * stride],
-                                &mut v[row * stride..][..3 * stride],
-                            ];
+                            let (half, at) = (step % 2, row % (2 * SWEEPS) * size + step % 2 * halves.vectors);
+                            let rows = [&mut u[row * stride..][..3 * stride], &mut v[row * stride..][..3 * stride]];
                             relax(halves, half, &kept[at..][..halves.vectors], rows);
                         }
                     }
                 }
             }
             for (plane, field) in [&u, &v].into_iter().zip(field.iter_mut()) {
-                for (row, out) in
-                    plane[stride..].chunks_exact(stride).zip(field.pixels.chunks_exact_mut(width))
-                {
+                for (row, out) in plane[stride..].chunks_exact(stride).zip(field.pixels.chunks_exact_mut(width)) {
                     halves.join(row, out);
                 }
             }
@@ -293,8 +274,7 @@ fn linearize(
         let (half, at) = (n / halves.vectors, n % halves.vectors * PATCH);
         let left = Vector::read(halves.sides(right, half).1, at);
         let at = half * halves.length() + 1 + at;
-        let (right, above, below) =
-            (Vector::read(right, at), Vector::read(above, at), Vector::read(below, at));
+        let (right, above, below) = (Vector::read(right, at), Vector::read(above, at), Vector::read(below, at));
         let (u, v) = (Vector::read(u, at), Vector::read(v, at));
         let [sx, sy, miss, sxx, sxy, miss_x, syx, syy, miss_y, first_u, first_v] = *terms;
         let r = miss + sx * u + sy * v;
@@ -316,11 +296,7 @@ fn linearize(
 /// Half of the middle row of three, and its pixels' neighbours to the left, to the right, above and
 /// below.
 #[inline(always)]
-fn neighbours(
-    halves: Halves,
-    rows: &mut [f32],
-    half: usize,
-) -> (&mut [[f32; PATCH]], [&[[f32; PATCH]]; 4]) {
+fn neighbours(halves: Halves, rows: &mut [f32], half: usize) -> (&mut [[f32; PATCH]], [&[[f32; PATCH]]; 4]) {
     let (above, rows) = rows.split_at_mut(halves.stride());
     let (here, below) = rows.split_at_mut(halves.stride());
     let (even, odd) = here.split_at_mut(halves.length());
@@ -334,10 +310,7 @@ fn neighbours(
 /// Sum of a vector's neighbours, each by its tie.
 #[inline(always)]
 fn pull([a, b, c, d]: [&[[f32; PATCH]]; 4], k: usize, ties: [Vector; 4]) -> Vector {
-    ties[0] * Vector(a[k])
-        + ties[1] * Vector(b[k])
-        + ties[2] * Vector(c[k])
-        + ties[3] * Vector(d[k])
+    ties[0] * Vector(a[k]) + ties[1] * Vector(b[k]) + ties[2] * Vector(c[k]) + ties[3] * Vector(d[k])
 }
 
 /// A sweep over half of the middle row of three: each pixel moves towards the solution of its

@@ -86,11 +86,7 @@ pub(super) struct Brightness {
 
 impl Brightness {
     /// The brightness that explains the pictures best, with the total probability over all brightnesses.
-    pub fn find(
-        exposure: ExposurePrior,
-        errors: &[BallError],
-        pictures: impl Fn(DVec3) -> LocalCost,
-    ) -> Self {
+    pub fn find(exposure: ExposurePrior, errors: &[BallError], pictures: impl Fn(DVec3) -> LocalCost) -> Self {
         /// From this distance on, ln light may have two minima.
         const FAR: f64 = 0.2;
         // The optimum of the pictures alone is one start for each account, the account's own middle another.
@@ -114,8 +110,7 @@ impl Brightness {
             })
             .collect();
         let least = found.iter().map(|(_, place)| place.cost).fold(f64::INFINITY, f64::min);
-        let shares: Vec<f64> =
-            found.iter().map(|(_, place)| (-0.5 * (place.cost - least)).exp()).collect();
+        let shares: Vec<f64> = found.iter().map(|(_, place)| (-0.5 * (place.cost - least)).exp()).collect();
         let all: f64 = shares.iter().sum();
         let exposures: Vec<[f64; 2]> = found.iter().map(|(a, place)| a.exposure(place)).collect();
         let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
@@ -205,11 +200,7 @@ impl Account {
     fn exposure(&self, place: &Place) -> [f64; 2] {
         let along = self.precision * DVec3::splat(self.exposure);
         let off = place.at - self.middle;
-        [
-            along.dot(off),
-            self.exposure - self.exposure * along.dot(DVec3::ONE)
-                + along.dot(place.covariance * along),
-        ]
+        [along.dot(off), self.exposure - self.exposure * along.dot(DVec3::ONE) + along.dot(place.covariance * along)]
     }
 }
 
@@ -233,9 +224,7 @@ mod tests {
     #[test]
     fn an_exposure_that_the_pictures_insist_on_is_taken() {
         let usual = ball_errors(false, DMat3::ZERO);
-        let found = |deviation: f64| {
-            Brightness::find(ExposurePrior::Changed, &usual, pictures([0.2; 3], deviation))
-        };
+        let found = |deviation: f64| Brightness::find(ExposurePrior::Changed, &usual, pictures([0.2; 3], deviation));
         let (sure, unsure) = (found(0.001), found(10.0));
         assert!((sure.log_exposure - 0.2).abs() < 0.03, "{sure:?}");
         assert!((sure.log_factors - DVec3::splat(0.2)).length() < 0.005);

@@ -66,17 +66,11 @@ impl Interval {
 fn quantile(cases: &[Case], unknown: usize, below: f64) -> f64 {
     let parts = || {
         cases.iter().map(|case| {
-            (
-                f64::from(case.probability),
-                f64::from(case.mean[unknown]),
-                f64::from(case.deviation[unknown]).max(1e-9),
-            )
+            (f64::from(case.probability), f64::from(case.mean[unknown]), f64::from(case.deviation[unknown]).max(1e-9))
         })
     };
     let share = |x: f64| -> f64 {
-        parts()
-            .map(|(probability, mean, deviation)| probability * normal((x - mean) / deviation))
-            .sum()
+        parts().map(|(probability, mean, deviation)| probability * normal((x - mean) / deviation)).sum()
     };
     let reach = |sign: f64| parts().map(move |(_, mean, deviation)| mean + sign * 9.0 * deviation);
     let mut low = reach(-1.0).fold(f64::INFINITY, f64::min);
@@ -96,10 +90,8 @@ fn quantile(cases: &[Case], unknown: usize, below: f64) -> f64 {
 fn normal(x: f64) -> f64 {
     let z = x.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * z);
-    let series = t
-        * (0.254_829_592
-            + t * (-0.284_496_736
-                + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
+    let series =
+        t * (0.254_829_592 + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
     let above = 0.5 * series * (-z * z).exp();
     if x < 0.0 { above } else { 1.0 - above }
 }

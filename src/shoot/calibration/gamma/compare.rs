@@ -12,8 +12,8 @@ impl InspectableFit<'_> {
     /// case, which may differ from the fit's: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
         let linear = self.objective.linearize_by(&response);
-        let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
-            .map(|prior| self.objective.score_under(prior, &linear));
+        let [alone, changed] =
+            [ExposurePrior::LeftAlone, ExposurePrior::Changed].map(|prior| self.objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost { changed } else { alone };
         (CurveFit::new(response, parameters, &score, least), score.cost)
     }

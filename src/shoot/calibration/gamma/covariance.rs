@@ -20,8 +20,7 @@ impl Covariance {
         let mut covariance = vec![0.0; size * size];
         for row in 0..size {
             for column in 0..=row {
-                covariance[row * size + column] =
-                    parts.iter().map(|part| part[row] * part[column]).sum();
+                covariance[row * size + column] = parts.iter().map(|part| part[row] * part[column]).sum();
             }
         }
         let trace: f64 = (0..size).map(|i| covariance[i * size + i]).sum();

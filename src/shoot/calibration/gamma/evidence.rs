@@ -83,10 +83,7 @@ impl Evidence {
                 .iter()
                 .map(|[pose, frame]| {
                     let (pose, frame) = (shoot.poses.get(*pose), shoot.frames.get(*frame));
-                    [
-                        pose.cloned().unwrap_or_default(),
-                        frame.map(Cow::into_owned).unwrap_or_default(),
-                    ]
+                    [pose.cloned().unwrap_or_default(), frame.map(Cow::into_owned).unwrap_or_default()]
                 })
                 .collect(),
             exposure_deviation: fit.deviation[2],
@@ -128,11 +125,8 @@ impl Evidence {
 
     /// Sentence with the poses compared pixel by pixel with a frame; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
-        let pairs: Vec<String> =
-            self.same_poses.iter().map(|[pose, frame]| format!("{frame} shows {pose}")).collect();
-        (!pairs.is_empty()).then(|| {
-            format!("the camera's response was fitted pixel by pixel: {}", pairs.join(", "))
-        })
+        let pairs: Vec<String> = self.same_poses.iter().map(|[pose, frame]| format!("{frame} shows {pose}")).collect();
+        (!pairs.is_empty()).then(|| format!("the camera's response was fitted pixel by pixel: {}", pairs.join(", ")))
     }
 
     /// Cautions before trusting the response, one sentence each.
@@ -182,14 +176,12 @@ impl Evidence {
                  it, set a dual gamma by hand"
             )];
         }
-        let is_other =
-            |exposure: f32| exposure.is_finite() && exposure.ln().abs() > Self::OTHER_EXPOSURE;
+        let is_other = |exposure: f32| exposure.is_finite() && exposure.ln().abs() > Self::OTHER_EXPOSURE;
         let words = |exposure: f32| {
             let than = if exposure > 1.0 { "brighter" } else { "darker" };
             format!("{:.0} % {than}", 100.0 * (exposure - 1.0).abs())
         };
-        const REMEDY: &str =
-            "Photograph the balls again at the interview's exposure, or film one of the poses";
+        const REMEDY: &str = "Photograph the balls again at the interview's exposure, or film one of the poses";
         let [other_exposure, gamma1, gamma2] = self.other_case;
         if is_other(exposure) {
             let is_alone = self.cases.first().is_some_and(|first| !first.changed);
@@ -267,35 +259,21 @@ mod tests {
             mean: [2.81, 1.9, exposure.ln()],
             deviation: [0.1; 3],
         };
-        let open = Evidence {
-            cases: vec![case(true, 0.6, 0.5), case(false, 0.4, 1.0)],
-            ..Evidence::default()
-        };
+        let open = Evidence { cases: vec![case(true, 0.6, 0.5), case(false, 0.4, 1.0)], ..Evidence::default() };
         let [both] = &open.warnings([0.03; 2], 0.5)[..] else {
             panic!("one doubt, one sentence");
         };
-        assert!(
-            both.contains("50 % darker") && both.contains("40 %") && both.contains("γ1 = 2.81")
-        );
-        let left_alone = Evidence {
-            cases: vec![case(false, 0.6, 1.1), case(true, 0.4, 1.3)],
-            ..Evidence::default()
-        };
+        assert!(both.contains("50 % darker") && both.contains("40 %") && both.contains("γ1 = 2.81"));
+        let left_alone = Evidence { cases: vec![case(false, 0.6, 1.1), case(true, 0.4, 1.3)], ..Evidence::default() };
         let [alone] = &left_alone.warnings([0.03; 2], 1.1)[..] else {
             panic!("one doubt, one sentence");
         };
-        assert!(
-            alone.contains("probably left alone")
-                && alone.contains("If it was changed (probability 40 %)")
-        );
-        let doubtful =
-            Evidence { changed_exposure: 0.3, other_case: [1.21, 2.5, 1.9], ..Evidence::default() };
+        assert!(alone.contains("probably left alone") && alone.contains("If it was changed (probability 40 %)"));
+        let doubtful = Evidence { changed_exposure: 0.3, other_case: [1.21, 2.5, 1.9], ..Evidence::default() };
         let [doubt] = &doubtful.warnings([0.03; 2], 1.01)[..] else {
             panic!("one doubt, one sentence");
         };
-        assert!(
-            doubt.contains("30 %") && doubt.contains("21 % brighter") && doubt.contains("2.50")
-        );
+        assert!(doubt.contains("30 %") && doubt.contains("21 % brighter") && doubt.contains("2.50"));
         let other = Evidence { better_curve: Some("Rec. 709".into()), ..evidence };
         let [curve] = &other.warnings([0.6; 2], 0.5)[..] else {
             panic!("the cause alone, not what follows from it");

@@ -29,12 +29,7 @@ const ONE_POSE_AND_FRAME: f64 = 0.02;
 impl Objective<'_> {
     /// Expected distance between quantiles under the right response, because poses and frames differ: the
     /// differences of each from their mean, as parts of the error of that mean.
-    pub fn differences(
-        &self,
-        table: &ResponseTable,
-        weights: &[[f32; 3]],
-        log_factors: DVec3,
-    ) -> Vec<Vec<f64>> {
+    pub fn differences(&self, table: &ResponseTable, weights: &[[f32; 3]], log_factors: DVec3) -> Vec<Vec<f64>> {
         let frames = &self.subject.frame_quantiles;
         let poses = self.pose_quantiles(table, weights, log_factors);
         // A single picture is assumed to vary as much as one of the others.
@@ -62,9 +57,8 @@ impl Objective<'_> {
     pub fn light_errors(&self, linear: &LinearPictures, log_factors: DVec3) -> LightErrors {
         let here = linear.encoded(log_factors);
         let moved = |change: &[[f32; 3]]| -> Vec<f64> {
-            let weights: Vec<[f32; 3]> = (linear.weights.iter().zip(change))
-                .map(|(w, change)| [0, 1, 2].map(|c| w[c] + change[c]))
-                .collect();
+            let weights: Vec<[f32; 3]> =
+                (linear.weights.iter().zip(change)).map(|(w, change)| [0, 1, 2].map(|c| w[c] + change[c])).collect();
             let pairs = self.pairs(&linear.table, &weights);
             let there = pairs.encoded(&linear.table, log_factors);
             there.iter().zip(&here).map(|(a, b)| a - b).collect()
@@ -107,8 +101,7 @@ impl LightErrors {
     /// Adds an error, given the effect of a step of ln light.
     fn add(&mut self, mut error: Vec<f64>, slope: &[f64]) {
         let brighter = take_brightness(&mut error, slope);
-        self.brightness +=
-            DMat3::from_cols(brighter * brighter.x, brighter * brighter.y, brighter * brighter.z);
+        self.brightness += DMat3::from_cols(brighter * brighter.x, brighter * brighter.y, brighter * brighter.z);
         self.quantiles.push(error);
     }
 }
@@ -136,9 +129,7 @@ fn from_mean(pictures: &[Quantiles], factor: f64) -> Vec<Vec<f64>> {
         return vec![];
     }
     let scale = factor / (n * (n - 1.0)).sqrt();
-    let values = |picture: &Quantiles| -> Vec<f64> {
-        picture.iter().flatten().map(|q| f64::from(*q)).collect()
-    };
+    let values = |picture: &Quantiles| -> Vec<f64> { picture.iter().flatten().map(|q| f64::from(*q)).collect() };
     let pictures: Vec<Vec<f64>> = pictures.iter().map(values).collect();
     let mean = |i: usize| pictures.iter().map(|p| p[i]).sum::<f64>() / n;
     let means: Vec<f64> = (0..3 * QUANTILES).map(mean).collect();
@@ -162,7 +153,5 @@ fn waves(deviation: f64) -> Vec<Vec<f64>> {
         };
         (0..3 * QUANTILES).map(value).collect()
     };
-    (0..WAVES)
-        .flat_map(|wave| [0..3, 0..1, 1..2, 2..3].map(|channels| part(wave, channels)))
-        .collect()
+    (0..WAVES).flat_map(|wave| [0..3, 0..1, 1..2, 2..3].map(|channels| part(wave, channels))).collect()
 }

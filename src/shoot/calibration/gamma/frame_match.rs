@@ -25,8 +25,7 @@ impl FrameMatch {
     /// Mismatch under a response, given the pose's samples relit under it, in light.
     pub fn mismatch_under(&self, relit: &[[f32; 3]], table: &ResponseTable) -> f32 {
         let sum = |pixel: [f32; 3]| f64::from(pixel[0] + pixel[1] + pixel[2]);
-        let light =
-            |pixel: &MatchedPixel| relit.get(pixel.sample as usize).copied().unwrap_or([0.0; 3]);
+        let light = |pixel: &MatchedPixel| relit.get(pixel.sample as usize).copied().unwrap_or([0.0; 3]);
         // One factor removes the exposure and most of the error of a provisional response.
         let seen: f64 = self.pixels.iter().map(|p| sum(table.rgb(p.here))).sum();
         let expected: f64 = self.pixels.iter().map(|p| sum(light(p))).sum();
@@ -78,12 +77,7 @@ pub(super) struct PoseSamples {
 }
 
 impl PoseSamples {
-    pub fn new(
-        pose: usize,
-        size: (usize, usize),
-        places: Vec<usize>,
-        relit: Vec<Vec<[f32; 3]>>,
-    ) -> Self {
+    pub fn new(pose: usize, size: (usize, usize), places: Vec<usize>, relit: Vec<Vec<[f32; 3]>>) -> Self {
         Self { pose, size, places, relit }
     }
 
@@ -101,13 +95,10 @@ impl PoseSamples {
         }
         let (width, step) = (mask.width, margin(mask.width));
         // The samples keep this margin from the picture's edge, so these places are inside.
-        let around =
-            |place: usize| [place - step, place + step, place - step * width, place + step * width];
+        let around = |place: usize| [place - step, place + step, place - step * width, place + step * width];
         let is_solid = |place: usize| mask.pixels[place] > SOLID;
         let shared: Vec<usize> = (0..self.places.len())
-            .filter(|&i| {
-                is_solid(self.places[i]) && around(self.places[i]).into_iter().all(is_solid)
-            })
+            .filter(|&i| is_solid(self.places[i]) && around(self.places[i]).into_iter().all(is_solid))
             .collect();
         if shared.is_empty() || 10 * shared.len() < 9 * self.places.len() {
             return None;
@@ -123,8 +114,7 @@ impl PoseSamples {
             .collect();
         let mut found = FrameMatch { pose: self.pose, frame, pixels, mismatch: 1.0 };
         let mismatches = self.relit.iter().zip(provisional);
-        found.mismatch =
-            mismatches.map(|(relit, table)| found.mismatch_under(relit, table)).fold(1.0, f32::min);
+        found.mismatch = mismatches.map(|(relit, table)| found.mismatch_under(relit, table)).fold(1.0, f32::min);
         Some(found)
     }
 }

@@ -67,10 +67,7 @@ impl GammaFit {
     /// All accounts of the pictures with probabilities that add up to 1.
     pub(super) fn accounts(&self) -> Vec<Case> {
         let others: f32 = self.others.iter().map(|other| other.probability).sum();
-        let duals = self
-            .cases
-            .iter()
-            .map(|case| Case { probability: (1.0 - others) * case.probability, ..*case });
+        let duals = self.cases.iter().map(|case| Case { probability: (1.0 - others) * case.probability, ..*case });
         duals.chain(self.others.iter().copied()).collect()
     }
 }

@@ -106,12 +106,7 @@ impl ChosenResponse {
     }
 
     /// A known response with the given exposure, or the best one.
-    fn known(
-        subject: &Subject,
-        probes: &Probes,
-        response: Response,
-        exposure: Option<f32>,
-    ) -> Self {
+    fn known(subject: &Subject, probes: &Probes, response: Response, exposure: Option<f32>) -> Self {
         let known = Objective::known_light(subject, probes, &response, exposure);
         let [residual, ball_residual] = known.distances;
         let [darkest, brightest] = Objective::new(subject, probes, vec![]).extent();
@@ -144,8 +139,7 @@ pub(super) fn fit<'a>(
     // Matching a frame to a pose needs a roughly right response.
     let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.weights(&table));
-    let same: Vec<&NearestFrame> =
-        nearest.iter().filter(|near| near.mismatch <= FrameMatch::MAX_MISMATCH).collect();
+    let same: Vec<&NearestFrame> = nearest.iter().filter(|near| near.mismatch <= FrameMatch::MAX_MISMATCH).collect();
     if !same.is_empty() {
         let matched = same.iter().map(|near| near.pose).collect();
         let mut found = fit_by(Objective::new(subject, probes, matched), progress)?;
@@ -185,9 +179,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         progress.check("nothing was changed")?;
         progress.step("response", row as u64, total, "");
         let places = GRID.map(|gamma2| [gamma1, gamma2]);
-        grid.extend(
-            places.into_iter().filter_map(|place| Some((place, objective.linearize(place)?))),
-        );
+        grid.extend(places.into_iter().filter_map(|place| Some((place, objective.linearize(place)?))));
     }
     let best_ball = |a: &&([f64; 2], LinearPictures), b: &&([f64; 2], LinearPictures)| {
         objective.ball_square(&a.1.ball).total_cmp(&objective.ball_square(&b.1.ball))
@@ -196,10 +188,8 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         objective.weigh(best);
     }
     objective.profile_again(&mut grid);
-    let mut starts: Vec<([f64; 2], f64)> = grid
-        .iter()
-        .map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place)))
-        .collect();
+    let mut starts: Vec<([f64; 2], f64)> =
+        grid.iter().map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place))).collect();
     starts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut best = ([GAMMA_PRIOR.0; 2], f64::INFINITY);
     for (walk, (start, _)) in starts.iter().take(WALKS).enumerate() {
@@ -220,9 +210,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     for prior in [ExposurePrior::LeftAlone, ExposurePrior::Changed] {
         progress.check("nothing was changed")?;
         objective.exposure = prior;
-        let total_cost = |gammas: [f64; 2], linear: &LinearPictures| {
-            objective.score(linear).cost + gamma_prior(gammas)
-        };
+        let total_cost = |gammas: [f64; 2], linear: &LinearPictures| objective.score(linear).cost + gamma_prior(gammas);
         let mut start = (best.0, objective.total(best.0));
         for (place, linear) in &grid {
             let cost = total_cost(*place, linear);
@@ -247,11 +235,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         response,
         exposure: score.brightness.log_exposure.exp() as f32,
         weights: score.weights(&linear),
-        comparison: if objective.matched.is_empty() {
-            Comparison::Distribution
-        } else {
-            Comparison::Pixels
-        },
+        comparison: if objective.matched.is_empty() { Comparison::Distribution } else { Comparison::Pixels },
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
         deviation: [0.0; 3],
@@ -319,14 +303,12 @@ impl InspectableFit<'_> {
         let here = [chosen.gamma1, chosen.gamma2, chosen.exposure.ln()];
         let accounts = fit.accounts();
         fit.deviation = [0, 1, 2].map(|i| {
-            let square = |case: &Case| {
-                case.probability * (case.deviation[i].powi(2) + (case.mean[i] - here[i]).powi(2))
-            };
+            let square =
+                |case: &Case| case.probability * (case.deviation[i].powi(2) + (case.mean[i] - here[i]).powi(2));
             accounts.iter().map(square).sum::<f32>().sqrt()
         });
-        let is_exact = best.is_some_and(|([rival, _], probability)| {
-            rival.fit.parameters == 0 && both(probability) > SURE
-        });
+        let is_exact =
+            best.is_some_and(|([rival, _], probability)| rival.fit.parameters == 0 && both(probability) > SURE);
         if is_exact {
             [fit.deviation[0], fit.deviation[1]] = [0.0; 2];
         }

@@ -29,9 +29,7 @@ impl Pairs {
     pub fn encoded(&self, table: &ResponseTable, log_factors: DVec3) -> Vec<f64> {
         let factors = log_factors.to_array().map(|x| x.exp() as f32);
         let lights = self.values.iter().enumerate();
-        lights
-            .map(|(i, (light, _))| f64::from(table.encode(factors[self.channel(i)] * light)))
-            .collect()
+        lights.map(|(i, (light, _))| f64::from(table.encode(factors[self.channel(i)] * light))).collect()
     }
 }
 
@@ -179,8 +177,7 @@ impl<'a> Objective<'a> {
                 errors.widen(&best.errors(x));
             }
         } else {
-            let own =
-                noise_share(best.subject_square(x), self.matched_noise(best, x), self.rounding);
+            let own = noise_share(best.subject_square(x), self.matched_noise(best, x), self.rounding);
             // Light beside the lamps errs alike in neighbouring pixels, and fine detail makes its error look like noise.
             let own = if self.remainder > 0.0 { 0.0 } else { own };
             let pixels = (best.pairs.values.len() / 3) as f64;
@@ -210,12 +207,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Pairs of a pose's light and its frame's encoded value, by pixel and channel.
-    fn matched_pairs(
-        &self,
-        pose: &'a Pose,
-        table: &ResponseTable,
-        weights: &[[f32; 3]],
-    ) -> Vec<(f32, f32)> {
+    fn matched_pairs(&self, pose: &'a Pose, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
         let encoded = |code: u16| f32::from(code) / f32::from(STEPS);
         self.matched_pixels(pose)
             .flat_map(|pixel| {
@@ -235,13 +227,12 @@ impl<'a> Objective<'a> {
         let mut objective = Self::new(subject, probes, vec![]);
         let linear = objective.linearize_by(response);
         objective.weigh(&linear);
-        let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
-            .map(|prior| objective.score_under(prior, &linear));
+        let [alone, changed] =
+            [ExposurePrior::LeftAlone, ExposurePrior::Changed].map(|prior| objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost { changed } else { alone };
         let exposure = exposure.unwrap_or(score.brightness.log_exposure.exp() as f32);
         let gains = score.gains().map(|gain| f64::from(gain * exposure).ln());
-        let distances =
-            [linear.subject_square(DVec3::from_array(gains)), objective.ball_square(&linear.ball)];
+        let distances = [linear.subject_square(DVec3::from_array(gains)), objective.ball_square(&linear.ball)];
         let distances = distances.map(|square| square.sqrt() as f32);
         KnownLight { weights: score.weights(&linear), distances, exposure }
     }
@@ -255,10 +246,8 @@ impl<'a> Objective<'a> {
     /// Pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
         let table = ResponseTable::from_response(response);
-        let (weights, ball) = rayon::join(
-            || self.probes.weights(&table),
-            || self.probes.profile(&table, self.remainder),
-        );
+        let (weights, ball) =
+            rayon::join(|| self.probes.weights(&table), || self.probes.profile(&table, self.remainder));
         LinearPictures { pairs: self.pairs(&table, &weights), weights, table, ball }
     }
 
@@ -273,10 +262,7 @@ impl<'a> Objective<'a> {
     pub fn pairs(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Pairs {
         if !self.matched.is_empty() {
             let pairs = |pose: &&'a Pose| self.matched_pairs(pose, table, weights);
-            return Pairs {
-                values: self.matched.iter().flat_map(pairs).collect(),
-                are_pixels: true,
-            };
+            return Pairs { values: self.matched.iter().flat_map(pairs).collect(), are_pixels: true };
         }
         let relit = self.subject.all_relit(table, weights);
         let channel_pairs = |c: usize| {
@@ -347,8 +333,7 @@ impl<'a> Objective<'a> {
         LocalCost {
             cost,
             gradient: certainty * row(&errors),
-            curvature: certainty
-                * DMat3::from_cols(row(&slopes[0]), row(&slopes[1]), row(&slopes[2])),
+            curvature: certainty * DMat3::from_cols(row(&slopes[0]), row(&slopes[1]), row(&slopes[2])),
         }
     }
 
@@ -359,8 +344,7 @@ impl<'a> Objective<'a> {
 
     /// Cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
     pub fn total(&self, gammas: [f64; 2]) -> f64 {
-        self.linearize(gammas)
-            .map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
+        self.linearize(gammas).map_or(f64::INFINITY, |linear| self.score(&linear).cost + gamma_prior(gammas))
     }
 
     /// Score over all brightnesses.
@@ -383,12 +367,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Encoded quantiles of each relit pose.
-    pub fn pose_quantiles(
-        &self,
-        table: &ResponseTable,
-        weights: &[[f32; 3]],
-        log_factors: DVec3,
-    ) -> Vec<Quantiles> {
+    pub fn pose_quantiles(&self, table: &ResponseTable, weights: &[[f32; 3]], log_factors: DVec3) -> Vec<Quantiles> {
         let factors = log_factors.to_array().map(|x| x.exp() as f32);
         let poses = self.subject.poses.iter();
         poses

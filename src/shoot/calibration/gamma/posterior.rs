@@ -49,23 +49,18 @@ impl Posterior {
         let mut axes = DMat2::from_diagonal(DVec2::splat(STEPS[0]));
         let mut middle = DVec2::from_array(found);
         for _ in 0..2 {
-            axes = curvature(objective, middle, axes)
-                .unwrap_or(DMat2::from_diagonal(DVec2::splat(0.5 * GAMMA_PRIOR.1)));
+            axes =
+                curvature(objective, middle, axes).unwrap_or(DMat2::from_diagonal(DVec2::splat(0.5 * GAMMA_PRIOR.1)));
         }
         let mut posterior = None;
         // Where the valley is longer than its curvature implies, the grid grows along it.
         for _ in 0..3 {
             let places = grid(objective, middle, axes);
-            let Some((found, covariance)) = Self::new(&places, axes) else {
-                break;
-            };
+            let Some((found, covariance)) = Self::new(&places, axes) else { break };
             posterior = Some(found);
             middle = DVec2::new(found.mean[0], found.mean[1]);
             let (turned, variances) = principal(covariance);
-            let wider = DMat2::from_cols(
-                turned.x_axis * variances.x.sqrt(),
-                turned.y_axis * variances.y.sqrt(),
-            );
+            let wider = DMat2::from_cols(turned.x_axis * variances.x.sqrt(), turned.y_axis * variances.y.sqrt());
             let is_settled = |old: f64, new: f64| new < 1.3 * old && new > 0.6 * old;
             let (old, new) = (axes.determinant().abs(), wider.determinant().abs());
             axes = wider;
@@ -103,12 +98,8 @@ impl Posterior {
 
     /// Mean, deviation and probability over all places of a grid with these axes, and the exponents' covariance.
     fn new(places: &[Place], axes: DMat2) -> Option<(Self, DMat2)> {
-        let best = places
-            .iter()
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))
-            .filter(|best| best.cost.is_finite())?;
-        let shares: Vec<f64> =
-            places.iter().map(|place| (-0.5 * (place.cost - best.cost)).exp()).collect();
+        let best = places.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|best| best.cost.is_finite())?;
+        let shares: Vec<f64> = places.iter().map(|place| (-0.5 * (place.cost - best.cost)).exp()).collect();
         let all: f64 = shares.iter().sum();
         let mean = |value: &dyn Fn(&Place) -> f64| -> f64 {
             let terms = places.iter().zip(&shares);
@@ -120,22 +111,16 @@ impl Posterior {
         let mixed = square(&|d| d.x * d.y);
         // A place represents its surroundings, half a spacing wide on either side.
         let own = axes * axes.transpose() * (SPACING * SPACING / 12.0);
-        let covariance = DMat2::from_cols(
-            DVec2::new(square(&|d| d.x * d.x), mixed),
-            DVec2::new(mixed, square(&|d| d.y * d.y)),
-        ) + own;
-        let exposure_variance =
-            mean(&|p| (p.log_exposure - exposure).powi(2) + p.exposure_deviation.powi(2));
+        let covariance =
+            DMat2::from_cols(DVec2::new(square(&|d| d.x * d.x), mixed), DVec2::new(mixed, square(&|d| d.y * d.y)))
+                + own;
+        let exposure_variance = mean(&|p| (p.log_exposure - exposure).powi(2) + p.exposure_deviation.powi(2));
         let area = axes.determinant().abs() * SPACING * SPACING;
         let posterior = Self {
             gammas: best.gammas.to_array(),
             log_exposure: best.log_exposure,
             mean: [gammas.x, gammas.y, exposure],
-            deviation: [
-                covariance.x_axis.x.sqrt(),
-                covariance.y_axis.y.sqrt(),
-                exposure_variance.sqrt(),
-            ],
+            deviation: [covariance.x_axis.x.sqrt(), covariance.y_axis.y.sqrt(), exposure_variance.sqrt()],
             cost: best.cost - 2.0 * (all * area).ln(),
         };
         Some((posterior, covariance))
@@ -187,8 +172,7 @@ fn curvature(objective: &Objective, at: DVec2, steps: DMat2) -> Option<DMat2> {
     let covariance = steps * half.inverse() * steps.transpose();
     let (turned, variances) = principal(covariance);
     let length = |variance: f64| variance.sqrt().clamp(STEPS[1], STEPS[2]);
-    let axes =
-        DMat2::from_cols(turned.x_axis * length(variances.x), turned.y_axis * length(variances.y));
+    let axes = DMat2::from_cols(turned.x_axis * length(variances.x), turned.y_axis * length(variances.y));
     axes.is_finite().then_some(axes)
 }
 

@@ -55,8 +55,7 @@ fn scores(objective: &Objective, response: &Response) -> [Score; 2] {
 impl Rival {
     /// Standard curves, and the log curves as one: with the exposure left alone, and changed.
     pub fn all(objective: &Objective) -> Vec<[Self; 2]> {
-        let standards =
-            [(Response::Srgb, SRGB), (Response::Rec709, REC709), (Response::Linear, LINEAR)];
+        let standards = [(Response::Srgb, SRGB), (Response::Rec709, REC709), (Response::Linear, LINEAR)];
         let standard = |(response, chance)| Self::standard(objective, response, chance);
         standards.map(standard).into_iter().chain(Self::log(objective)).collect()
     }
@@ -71,11 +70,7 @@ impl Rival {
             exposure,
             cost: score.cost - 2.0 * chance.ln(),
             mean: [gamma1, gamma2, score.brightness.log_exposure],
-            deviation: [
-                STANDARD_DEVIATION,
-                STANDARD_DEVIATION,
-                score.brightness.exposure_deviation,
-            ],
+            deviation: [STANDARD_DEVIATION, STANDARD_DEVIATION, score.brightness.exposure_deviation],
         })
     }
 

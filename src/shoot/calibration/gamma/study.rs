@@ -53,21 +53,13 @@ impl GammaStudy {
         if project.settings.shoot.without_balls {
             return Err(Error::missing(
                 "This shoot has no mirror balls, so responses cannot be compared here",
-                (
-                    "Calibrate with the camera's response",
-                    "afterlight calibrate PROJECT --gamma srgb",
-                ),
+                ("Calibrate with the camera's response", "afterlight calibrate PROJECT --gamma srgb"),
             ));
         }
         let probes = Probes::load(project, progress)?;
         let subject = Subject::load(project, &probes, progress)?;
-        let interview = histogram(
-            subject
-                .frames
-                .iter()
-                .flatten()
-                .map(|code| code.map(|c| f32::from(c) / f32::from(STEPS))),
-        );
+        let interview =
+            histogram(subject.frames.iter().flatten().map(|code| code.map(|c| f32::from(c) / f32::from(STEPS))));
         Ok(Self { picture: PosePicture::load(project, pose)?, subject, probes, interview })
     }
 
@@ -85,11 +77,7 @@ impl GammaStudy {
     ///
     /// # Errors
     /// When pixels are to be compared and no frame shows a pose, or the job was stopped.
-    pub fn fit(
-        &self,
-        wanted: Option<Comparison>,
-        progress: &Progress,
-    ) -> Result<InspectableFit<'_>> {
+    pub fn fit(&self, wanted: Option<Comparison>, progress: &Progress) -> Result<InspectableFit<'_>> {
         fit(&self.subject, &self.probes, wanted, progress)
     }
 
@@ -112,12 +100,7 @@ impl GammaStudy {
 
     /// Levels of all relit poses inside the subject, in the camera's encoding: under a response, the exposure and a
     /// weight for each lamp (missing ones are 0).
-    pub fn relit_histogram(
-        &self,
-        response: &Response,
-        exposure: f32,
-        weights: &[[f32; 3]],
-    ) -> Histogram {
+    pub fn relit_histogram(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Histogram {
         let table = ResponseTable::from_response(response);
         let relit = self.subject.all_relit(&table, weights);
         histogram(relit.into_iter().map(|light| light.map(|l| table.encode(exposure * l))))
@@ -151,10 +134,7 @@ impl PosePicture {
         let shoot = &project.settings.shoot;
         if pose >= shoot.poses.len() {
             return Err(Error::missing(
-                format!(
-                    "no pose {pose}: the shoot has poses 0 to {}",
-                    shoot.poses.len().saturating_sub(1)
-                ),
+                format!("no pose {pose}: the shoot has poses 0 to {}", shoot.poses.len().saturating_sub(1)),
                 "Choose a pose of the shoot",
             ));
         }
@@ -180,9 +160,7 @@ impl PosePicture {
 /// Pixels at the middles of `size` × `size` equal parts of a picture.
 fn picked((width, height): (usize, usize), size: usize) -> Vec<usize> {
     let middle = |i: usize, length: usize| (2 * i + 1) * length / (2 * size);
-    (0..size)
-        .flat_map(|y| (0..size).map(move |x| middle(y, height) * width + middle(x, width)))
-        .collect()
+    (0..size).flat_map(|y| (0..size).map(move |x| middle(y, height) * width + middle(x, width))).collect()
 }
 
 fn histogram(pixels: impl Iterator<Item = [f32; 3]>) -> Histogram {

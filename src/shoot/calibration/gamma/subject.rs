@@ -63,8 +63,7 @@ impl Subject {
     /// When a file cannot be read or differs in size from its matte, the job was stopped, the mattes show no
     /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
-        let provisional =
-            PROVISIONAL.map(|gamma| ResponseTable::from_response(&Response::Power(gamma)));
+        let provisional = PROVISIONAL.map(|gamma| ResponseTable::from_response(&Response::Power(gamma)));
         let weights = provisional.each_ref().map(|table| probes.weights(table));
         let scale = scale(project)?;
         let (mut poses, samples) = load_poses(project, (&provisional, &weights), scale, progress)?;
@@ -88,24 +87,14 @@ impl Subject {
     }
 
     /// Light of one sample of a pose as the sum of its OLATs.
-    pub fn relit_sample(
-        &self,
-        pose: &Pose,
-        sample: usize,
-        table: &ResponseTable,
-        weights: &[[f32; 3]],
-    ) -> [f32; 3] {
+    pub fn relit_sample(&self, pose: &Pose, sample: usize, table: &ResponseTable, weights: &[[f32; 3]]) -> [f32; 3] {
         let codes = pose.codes.chunks_exact(self.lamps).nth(sample);
         sum(codes.unwrap_or_default(), table, weights)
     }
 
     /// Each pose with its nearest frame and their mismatch under a response, or under a provisional one if that is less:
     /// another pose differs under every response. Poses without a frame of the same outline are left out.
-    pub(super) fn nearest(
-        &self,
-        table: &ResponseTable,
-        weights: &[[f32; 3]],
-    ) -> Vec<NearestFrame<'_>> {
+    pub(super) fn nearest(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<NearestFrame<'_>> {
         let matched = self.poses.iter().filter_map(|pose| Some((pose, pose.frame_match.as_ref()?)));
         matched
             .map(|(pose, frame_match)| {
@@ -127,12 +116,9 @@ impl Subject {
                 let mut equations = NormalEquations::new(learnt);
                 for codes in pixels() {
                     let light = |lamp: usize| f64::from(table.light(codes[lamp][c]));
-                    let whole =
-                        (0..self.lamps).map(|lamp| f64::from(weights[lamp][c]) * light(lamp));
-                    let terms: Vec<(usize, f64)> = (0..learnt)
-                        .map(|lamp| (lamp, light(lamp)))
-                        .filter(|(_, light)| *light != 0.0)
-                        .collect();
+                    let whole = (0..self.lamps).map(|lamp| f64::from(weights[lamp][c]) * light(lamp));
+                    let terms: Vec<(usize, f64)> =
+                        (0..learnt).map(|lamp| (lamp, light(lamp))).filter(|(_, light)| *light != 0.0).collect();
                     equations.add(&terms, whole.sum());
                 }
                 equations.solve()
@@ -214,12 +200,10 @@ fn load_poses(
             .into_par_iter()
             .map(|lamp| sample_olat(project, (pose, lamp), (&mask, &matte), &inside, scale))
             .collect::<Result<Vec<_>>>()?;
-        let codes: Vec<CodeValues> =
-            (0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
+        let codes: Vec<CodeValues> = (0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect();
         if !codes.is_empty() {
             let responses = provisional.iter().zip(weights);
-            let relit =
-                responses.map(|(table, weights)| relit(&codes, lamps, table, weights)).collect();
+            let relit = responses.map(|(table, weights)| relit(&codes, lamps, table, weights)).collect();
             samples.push(PoseSamples::new(pose, mask.size(), inside, relit));
             poses.push(Pose { codes, frame_match: None });
         }
@@ -238,8 +222,7 @@ fn load_frames(
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
     let step = shoot.frames.len().div_ceil(FRAMES).max(1);
     let search = shoot.frames.len().div_ceil(SEARCHED_FRAMES).max(1);
-    let wanted: Vec<usize> =
-        (0..shoot.frames.len()).filter(|frame| frame % step == 0 || frame % search == 0).collect();
+    let wanted: Vec<usize> = (0..shoot.frames.len()).filter(|frame| frame % step == 0 || frame % search == 0).collect();
     let (mut frames, mut matched) = (Vec::new(), vec![None; poses.len()]);
     // Only a few pictures are in memory at a time.
     for (part, some) in wanted.chunks(8).enumerate() {
@@ -254,10 +237,7 @@ fn load_frames(
                 let picture = project.frame_picture(read);
                 let picture = read_codes(&picture, framing, (&mask, &matte), scale)
                     .map_err(|e| footage::offer(project, frame, e))?;
-                let found = poses
-                    .iter()
-                    .map(|pose| pose.compare(frame, &mask, &picture, provisional))
-                    .collect();
+                let found = poses.iter().map(|pose| pose.compare(frame, &mask, &picture, provisional)).collect();
                 let places = inside(&mask, SAMPLES);
                 let sample = places.iter().map(|&place| picture[place]).collect();
                 Ok((frame, sample, found))
@@ -277,15 +257,10 @@ fn load_frames(
 
 /// Refuses mattes without a subject, and a subject that is black or clipped everywhere.
 fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) -> Result<()> {
-    for (what, empty) in
-        [("exemplar_masks", poses.is_empty()), ("interview_masks", frames.is_empty())]
-    {
+    for (what, empty) in [("exemplar_masks", poses.is_empty()), ("interview_masks", frames.is_empty())] {
         if empty {
             return Err(Error::invalid(
-                format!(
-                    "{} shows no subject: no pixel has a coverage above 0.98",
-                    project.shoot_path(what).display()
-                ),
+                format!("{} shows no subject: no pixel has a coverage above 0.98", project.shoot_path(what).display()),
                 "Check the mattes: the subject is white in them",
             ));
         }
@@ -318,24 +293,16 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
 }
 
 /// Pixels as sums of their OLATs.
-fn relit(
-    codes: &[CodeValues],
-    lamps: usize,
-    table: &ResponseTable,
-    weights: &[[f32; 3]],
-) -> Vec<[f32; 3]> {
-    codes
-        .par_chunks_exact(lamps)
-        .with_min_len(256)
-        .map(|codes| sum(codes, table, weights))
-        .collect()
+fn relit(codes: &[CodeValues], lamps: usize, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    codes.par_chunks_exact(lamps).with_min_len(256).map(|codes| sum(codes, table, weights)).collect()
 }
 
 /// One pixel's light: the sum of its OLATs.
 fn sum(codes: &[CodeValues], table: &ResponseTable, weights: &[[f32; 3]]) -> [f32; 3] {
-    codes.iter().zip(weights).fold([0.0; 3], |sum, (code, weight)| {
-        [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c]))
-    })
+    codes
+        .iter()
+        .zip(weights)
+        .fold([0.0; 3], |sum, (code, weight)| [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c])))
 }
 
 /// Quantiles of all pixels of several pictures together, encoded in `[0, 1]`.

@@ -35,8 +35,7 @@ impl InspectableFit<'_> {
         let (low, high) = bounds();
         let place = |i: usize| low + (high - low) * i as f64 / (count - 1) as f64;
         let fit = &self.fit;
-        let least =
-            self.objective.total([f64::from(fit.response.gamma1), f64::from(fit.response.gamma2)]);
+        let least = self.objective.total([f64::from(fit.response.gamma1), f64::from(fit.response.gamma2)]);
         let mut surface = Surface {
             gammas: (0..count).map(|i| place(i) as f32).collect(),
             cost: vec![],

@@ -47,8 +47,7 @@ pub(super) fn alike(mut parts: Vec<Part>) -> Vec<Part> {
 /// The strongest part with those that form a bank with it, and the others. Parts are sorted by light.
 pub(super) fn bank(parts: Vec<&Part>) -> (Vec<&Part>, Vec<&Part>) {
     let least = SAME_BANK * parts[0].inner_radius;
-    let (alike, unlike): (Vec<&Part>, Vec<&Part>) =
-        (parts.into_iter()).partition(|part| part.inner_radius >= least);
+    let (alike, unlike): (Vec<&Part>, Vec<&Part>) = (parts.into_iter()).partition(|part| part.inner_radius >= least);
     let mut others = alike;
     let mut bank = vec![others.remove(0)];
     gather(&mut bank, &mut others);

@@ -86,9 +86,8 @@ impl Grid {
     pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) -> Option<String> {
         let seen = |rim: &Silhouette| rim.rim_share >= SEEN_RIM;
         // A second ball has its own circle.
-        let touches = |rim: &Silhouette| {
-            rim.circle.center().distance(circle.center()) < rim.circle.radius_px + circle.radius_px
-        };
+        let touches =
+            |rim: &Silhouette| rim.circle.center().distance(circle.center()) < rim.circle.radius_px + circle.radius_px;
         let nearby = silhouette::refine(photographs, circle).ok().filter(seen);
         let rim = nearby.or_else(|| {
             let found = silhouette::find(photographs).ok()?;

@@ -33,9 +33,7 @@ pub(super) fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<H
         series.par_iter().map(|levels| Photograph::new(grid, levels, room)).collect();
     let is_shared = |number: usize, part: &Part| {
         let others = || photographs.iter().enumerate().filter(|(i, _)| *i != number);
-        let count = others()
-            .filter(|(_, other)| other.as_ref().is_some_and(|other| other.shows(part)))
-            .count();
+        let count = others().filter(|(_, other)| other.as_ref().is_some_and(|other| other.shows(part))).count();
         count as f32 > SHARED * others().count() as f32
     };
     // The lamps of a bank may be far apart. One photograph cannot tell them from reflections, but most photographs

@@ -124,9 +124,7 @@ impl<'a> Photograph<'a> {
         let reach = 1.0 + 0.5 * part.core_radius_deg;
         self.bright.iter().any(|own| {
             let ratio = own.energy / part.energy;
-            own.core.angle_between(part.core).to_degrees() < reach
-                && ratio < SAME_LIGHT
-                && ratio * SAME_LIGHT > 1.0
+            own.core.angle_between(part.core).to_degrees() < reach && ratio < SAME_LIGHT && ratio * SAME_LIGHT > 1.0
         })
     }
 
@@ -146,9 +144,8 @@ impl<'a> Photograph<'a> {
             moment += light * direction;
         }
         let middle = moment.normalize_or(glam::DVec3::Z);
-        let square: f64 = (cells.iter().map(part))
-            .map(|(light, direction)| light * direction.angle_between(middle).powi(2))
-            .sum();
+        let square: f64 =
+            (cells.iter().map(part)).map(|(light, direction)| light * direction.angle_between(middle).powi(2)).sum();
         let spread = (square / energy.max(f64::MIN_POSITIVE)).sqrt().to_degrees();
         Moments { energy: energy as f32, direction: middle.as_vec3(), spread_deg: spread as f32 }
     }
@@ -161,8 +158,7 @@ impl<'a> Photograph<'a> {
 
     /// The lamp among the bright parts, given the parts that belong to the room.
     pub fn highlight(&self, is_shared: impl Fn(&Part) -> bool) -> Option<Highlight> {
-        let (mut own, shared): (Vec<&Part>, Vec<&Part>) =
-            self.bright.iter().partition(|part| !is_shared(part));
+        let (mut own, shared): (Vec<&Part>, Vec<&Part>) = self.bright.iter().partition(|part| !is_shared(part));
         // If every part is shared, the lamp may be in front of a bright room, or off.
         let only_shared = own.is_empty();
         if only_shared {
@@ -202,10 +198,8 @@ impl<'a> Photograph<'a> {
         let clipped: f32 = body.iter().filter(clipped).map(|&c| self.light(c)).sum();
         let Moments { energy, direction: middle, spread_deg } = self.moments(&body);
         let clipped = clipped_weight(clipped / energy.max(f32::MIN_POSITIVE));
-        let all: f32 = (0..self.more.len() as u32)
-            .filter(|&c| self.more[c as usize] > self.noise)
-            .map(|c| self.light(c))
-            .sum();
+        let all: f32 =
+            (0..self.more.len() as u32).filter(|&c| self.more[c as usize] > self.noise).map(|c| self.light(c)).sum();
         // An outline's middle is known to about an eighth of its radius, the width left by streaks. Clipped light
         // only limits how far the outline may be off. The lamps of a bank err independently.
         let radius = (bank.iter().map(|part| part.core_radius_deg)).fold(0.0, f32::max);
@@ -289,8 +283,7 @@ impl<'a> Photograph<'a> {
     fn outline(&self, levels: &[Vec<u32>]) -> (Vec3, f32) {
         let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).direction).collect();
         let middle = middles.iter().sum::<Vec3>().normalize_or(Vec3::Z);
-        let square: f32 =
-            (middles.iter()).map(|one| one.angle_between(middle).to_degrees().powi(2)).sum();
+        let square: f32 = (middles.iter()).map(|one| one.angle_between(middle).to_degrees().powi(2)).sum();
         (middle, (square / middles.len() as f32).sqrt())
     }
 }

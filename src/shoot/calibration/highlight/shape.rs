@@ -31,10 +31,7 @@ impl Patch {
 
     /// Grid cell at a place of the patch; `None` outside the grid.
     fn cell(&self, i: usize, grid: &Grid) -> Option<u32> {
-        let (x, y) = (
-            (self.left + i % self.width).checked_sub(1)?,
-            (self.top + i / self.width).checked_sub(1)?,
-        );
+        let (x, y) = ((self.left + i % self.width).checked_sub(1)?, (self.top + i / self.width).checked_sub(1)?);
         (x < grid.width && y < grid.height).then_some((y * grid.width + x) as u32)
     }
 
@@ -42,8 +39,7 @@ impl Patch {
     /// 2012: lower envelopes of parabolas, along columns, then rows).
     fn squared_distances(&self, target: impl Fn(usize) -> bool) -> Vec<f32> {
         let far = (self.width * self.width + self.height * self.height) as f32;
-        let mut field: Vec<f32> =
-            (0..self.inside.len()).map(|i| if target(i) { 0.0 } else { far }).collect();
+        let mut field: Vec<f32> = (0..self.inside.len()).map(|i| if target(i) { 0.0 } else { far }).collect();
         let mut line = Vec::new();
         for x in 0..self.width {
             line.clear();

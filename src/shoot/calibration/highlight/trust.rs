@@ -36,8 +36,7 @@ pub(crate) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> V
         // A part with a third of the lamp's light may be the lamp instead.
         let alone = plausibility(lamp.rival / 0.3);
         // A hidden or disabled lamp leaves only reflections: little light, dim and wide.
-        let as_strong =
-            plausibility(weak * energy / lamp.energy) * plausibility(WEAK * peak / lamp.peak);
+        let as_strong = plausibility(weak * energy / lamp.energy) * plausibility(WEAK * peak / lamp.peak);
         let as_small = plausibility((lamp.spread_deg - size).max(0.0) / 15.0);
         let together = 1.0 - 0.8 * lamp.elsewhere.powi(2);
         near * alone * as_strong * as_small * together

@@ -103,10 +103,7 @@ fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
         let found = exposure.photograph.size();
         if found != size {
             return refuse(
-                format!(
-                    "has photographs of {} × {} and {} × {} pixels",
-                    size.0, size.1, found.0, found.1
-                ),
+                format!("has photographs of {} × {} and {} × {} pixels", size.0, size.1, found.0, found.1),
                 "Use uncropped photographs from one fixed camera",
             );
         }
@@ -182,16 +179,11 @@ fn channel(exposures: &[Exposure], ordered: &[&Exposure], i: usize, c: usize) ->
         }
         let bend = 1.0 - (x / photograph.white - SHOULDER) / (1.0 - SHOULDER);
         let time = f64::from(*stops).exp2();
-        let weight =
-            (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(SHOULDER_WEIGHT, 1.0));
+        let weight = (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(SHOULDER_WEIGHT, 1.0));
         sum += weight * f64::from(x) / time;
         weights += weight;
     }
-    let measured = Channel {
-        light: sum / weights,
-        deviation: weights.recip().sqrt(),
-        source: Source::Measured,
-    };
+    let measured = Channel { light: sum / weights, deviation: weights.recip().sqrt(), source: Source::Measured };
     if weights > 0.0 {
         return measured;
     }
@@ -226,13 +218,10 @@ pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
         let values = p.light.pixels.iter().flatten();
         values.map(|&v| f64::from(v.min(p.white))).sum()
     };
-    let mut order: Vec<(usize, f64)> =
-        (photographs.iter().enumerate()).map(|(i, p)| (i, brightness(p))).collect();
+    let mut order: Vec<(usize, f64)> = (photographs.iter().enumerate()).map(|(i, p)| (i, brightness(p))).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut stops = vec![None; photographs.len()];
-    let Some(start) = order.iter().position(|(i, _)| *i == 0) else {
-        return stops;
-    };
+    let Some(start) = order.iter().position(|(i, _)| *i == 0) else { return stops };
     stops[0] = Some(0.0);
     let mut walk = |path: &mut dyn Iterator<Item = usize>| {
         let (mut from, mut sum) = (0, 0.0);

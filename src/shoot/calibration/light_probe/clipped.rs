@@ -31,12 +31,7 @@ const FAINTEST: f64 = 0.02;
 
 /// Raises the clipped lamps of a ball's photograph. `usable` is above 0 for pixels of the ball; `angles` are the
 /// pixels' solid angles.
-pub(super) fn estimate(
-    light: &mut Image,
-    clipped: &Raster<[bool; 3]>,
-    usable: &[f32],
-    angles: &[f64],
-) -> Estimate {
+pub(super) fn estimate(light: &mut Image, clipped: &Raster<[bool; 3]>, usable: &[f32], angles: &[f64]) -> Estimate {
     let before = light.clone();
     let mut unestimated = vec![false; light.pixels.len()];
     for lamp in lamps(clipped, usable) {
@@ -66,10 +61,7 @@ pub(super) fn estimate(
         }
     }
     let energy = |image: &Image| -> f64 {
-        (0..angles.len())
-            .filter(|&i| usable[i] > 0.0)
-            .map(|i| angles[i] * f64::from(luminance(image.pixels[i])))
-            .sum()
+        (0..angles.len()).filter(|&i| usable[i] > 0.0).map(|i| angles[i] * f64::from(luminance(image.pixels[i]))).sum()
     };
     let after = energy(light);
     Estimate {
@@ -110,9 +102,7 @@ fn lobe(
     let background = *levels.get(levels.len() / 10)?;
     let range = white - background;
     // Positions are relative to the lamp's middle, in its radii, so that the equations are well scaled.
-    let middle = |place: &dyn Fn(usize) -> f64| {
-        lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64
-    };
+    let middle = |place: &dyn Fn(usize) -> f64| lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64;
     let (cx, cy) = (middle(&|i| (i % width) as f64), middle(&|i| (i / width) as f64));
     let scale = 1.0 / (radius + 1.0);
     let place = |i: usize| {
@@ -139,8 +129,7 @@ fn lobe(
     if !(xx < 0.0 && 4.0 * xx * yy > xy * xy) {
         return None;
     }
-    let values: Vec<f64> =
-        (hot.iter()).map(|&i| polynomial(&fit, &place(i)).exp() / range).collect();
+    let values: Vec<f64> = (hot.iter()).map(|&i| polynomial(&fit, &place(i)).exp() / range).collect();
     let highest = values.iter().copied().fold(0.0, f64::max);
     let darker = values.iter().filter(|v| **v < 1.0).count();
     let fits = darker as f64 <= MAX_DARKER_SHARE * values.len() as f64;
@@ -170,8 +159,7 @@ fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
     // Gaussian elimination with column pivoting.
     let largest = rows.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
     for column in 0..6 {
-        let pivot =
-            (column..6).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
+        let pivot = (column..6).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
         rows.swap(column, pivot);
         let head = rows[column];
         let size = head[column].abs();

@@ -47,11 +47,7 @@ fn halved(panorama: &Image, seen: &[bool]) -> (Image, Vec<bool>) {
     let mean = |(sum, &weight): (&[f64; 3], &f64)| {
         if weight > 0.0 { sum.map(|v| (v / weight) as f32) } else { [0.0; 3] }
     };
-    let image = Image {
-        width: size.0,
-        height: size.1,
-        pixels: sums.iter().zip(&weights).map(mean).collect(),
-    };
+    let image = Image { width: size.0, height: size.1, pixels: sums.iter().zip(&weights).map(mean).collect() };
     (image, weights.iter().map(|w| *w > 0.0).collect())
 }
 
@@ -77,11 +73,8 @@ fn relax(panorama: &mut Image, seen: &[bool]) {
             ];
             let all: f64 = neighbours.iter().map(|(_, weight)| weight).sum();
             for c in 0..3 {
-                let mean = neighbours
-                    .iter()
-                    .map(|(j, weight)| weight * f64::from(panorama.pixels[*j][c]))
-                    .sum::<f64>()
-                    / all;
+                let mean =
+                    neighbours.iter().map(|(j, weight)| weight * f64::from(panorama.pixels[*j][c])).sum::<f64>() / all;
                 let old = f64::from(panorama.pixels[i][c]);
                 panorama.pixels[i][c] = (old + RELAXATION * (mean - old)).max(0.0) as f32;
             }
@@ -101,8 +94,7 @@ mod tests {
         let (width, height) = (128, 64);
         let at = |i: usize| texel_direction(i % width, i / width, width, height);
         let truth = Image::from_fn(width, height, |x, y| [value(at(y * width + x)); 3]);
-        let seen: Vec<bool> =
-            (0..width * height).map(|i| at(i).angle_between(axis) > radius).collect();
+        let seen: Vec<bool> = (0..width * height).map(|i| at(i).angle_between(axis) > radius).collect();
         let mut image = truth.clone();
         for (pixel, seen) in image.pixels.iter_mut().zip(&seen) {
             if !seen {

@@ -84,8 +84,7 @@ pub fn light_probe(
     Ok(LightProbe {
         panorama,
         ball_pixels: ball.pixels,
-        resolution_deg: ((1.0 - blind_share) as f64 * 4.0 * std::f64::consts::PI
-            / ball.pixels as f64)
+        resolution_deg: ((1.0 - blind_share) as f64 * 4.0 * std::f64::consts::PI / ball.pixels as f64)
             .sqrt()
             .to_degrees() as f32,
         blind_half_angle_deg: view.blind_half_angle_deg() as f32,
@@ -117,8 +116,7 @@ impl Ball {
             Kind::Disc(disc) => disc.farthest(i % width, i / width) <= disc.radius,
             _ => false,
         };
-        let usable: Vec<f32> =
-            (0..photograph.light.pixels.len()).map(|i| f32::from(u8::from(on_ball(i)))).collect();
+        let usable: Vec<f32> = (0..photograph.light.pixels.len()).map(|i| f32::from(u8::from(on_ball(i)))).collect();
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
@@ -132,8 +130,7 @@ impl Ball {
             ));
         }
         let channels = photograph.clipped.pixels.iter().zip(&usable);
-        let count =
-            channels.filter(|(clipped, usable)| **usable > 0.0 && clipped.contains(&true)).count();
+        let count = channels.filter(|(clipped, usable)| **usable > 0.0 && clipped.contains(&true)).count();
         let mut light = photograph.light.clone();
         let mut estimate = clipped::Estimate::default();
         if clipped == ClippedLight::Estimate && count > 0 {

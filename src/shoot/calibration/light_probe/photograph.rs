@@ -64,22 +64,11 @@ impl Photograph {
     pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
         let white = white.filter(|w| *w > 0.0).unwrap_or(f32::INFINITY);
         let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));
-        let Environment { radiance: light, repaired_texels, .. } =
-            Environment::from_radiance("", picture);
+        let Environment { radiance: light, repaired_texels, .. } = Environment::from_radiance("", picture);
         let noise = |v: f32| {
-            if white.is_finite() {
-                (white / 4096.0).hypot((v * white / FULL_WELL).sqrt())
-            } else {
-                v / 2048.0
-            }
+            if white.is_finite() { (white / 4096.0).hypot((v * white / FULL_WELL).sqrt()) } else { v / 2048.0 }
         };
-        Self {
-            deviation: light.map(|pixel| pixel.map(noise)),
-            light,
-            clipped,
-            white,
-            repaired_pixels: repaired_texels,
-        }
+        Self { deviation: light.map(|pixel| pixel.map(noise)), light, clipped, white, repaired_pixels: repaired_texels }
     }
 
     /// Width and height.

@@ -19,8 +19,7 @@ pub(super) fn photographed(
     // The outermost ray touches the ball: its tangent times the focal length is the radius.
     let focal = view.radius_px * (distance * distance - 1.0).sqrt();
     let ray = |x: f64, y: f64| -> Option<[f32; 3]> {
-        let direction =
-            DVec3::new(x - view.centre_px[0], view.centre_px[1] - y, -focal).normalize();
+        let direction = DVec3::new(x - view.centre_px[0], view.centre_px[1] - y, -focal).normalize();
         let along = -camera.dot(direction);
         let nearest = camera + along * direction;
         let inside = 1.0 - nearest.length_squared();
@@ -51,9 +50,5 @@ pub(super) fn photographed(
         }
         sum.map(|v| v / (RAYS * RAYS) as f32)
     };
-    Image {
-        width: size.0,
-        height: size.1,
-        pixels: (0..size.0 * size.1).into_par_iter().map(pixel).collect(),
-    }
+    Image { width: size.0, height: size.1, pixels: (0..size.0 * size.1).into_par_iter().map(pixel).collect() }
 }

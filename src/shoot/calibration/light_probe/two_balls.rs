@@ -195,10 +195,8 @@ impl Overlap<'_> {
                 let direction = texel_direction(x, y, width, height);
                 let theirs = back * direction;
                 let weight = self.sides[0].weight(direction) * self.sides[1].weight(theirs);
-                let (a, b) = (
-                    luminance(self.panoramas[0].radiance(direction)),
-                    luminance(self.panoramas[1].radiance(theirs)),
-                );
+                let (a, b) =
+                    (luminance(self.panoramas[0].radiance(direction)), luminance(self.panoramas[1].radiance(theirs)));
                 (weight > 0.0 && a > 0.0 && b > 0.0).then(|| {
                     let angle = texel_solid_angle(y, width, height) as f32;
                     ((b / a).log2(), weight * angle)
@@ -219,8 +217,7 @@ impl Overlap<'_> {
 
     /// Rotation near the given one with the best agreement.
     fn refined(&self, given: Quat) -> Quat {
-        let turned =
-            |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
+        let turned = |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
         // Above every real value: the search needs finite numbers.
         const BEYOND: f64 = 2.0;
         let cost = |offset: [f64; 3]| {
@@ -228,9 +225,7 @@ impl Overlap<'_> {
                 return BEYOND;
             }
             let mut differences = self.differences(turned(offset));
-            let Some(ratio) = weighted_median(&mut differences) else {
-                return BEYOND;
-            };
+            let Some(ratio) = weighted_median(&mut differences) else { return BEYOND };
             // Differences of more than a stop have other causes than an inexact rotation.
             let (mut sum, mut weights) = (0.0f64, 0.0f64);
             for (difference, weight) in differences {

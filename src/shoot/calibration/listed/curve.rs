@@ -52,14 +52,11 @@ impl Curve {
                 (gamma, cost(&Response::Power(gamma as f32)) + prior)
             })
             .collect();
-        let best =
-            powers.iter().fold(powers[0], |best, one| if one.1 < best.1 { *one } else { best });
+        let best = powers.iter().fold(powers[0], |best, one| if one.1 < best.1 { *one } else { best });
         let odds = |cost: f64| (best.1 - cost).exp();
         let total: f64 = powers.iter().map(|(_, cost)| odds(*cost)).sum();
         let mean = powers.iter().map(|(gamma, cost)| gamma * odds(*cost)).sum::<f64>() / total;
-        let square =
-            powers.iter().map(|(gamma, cost)| (gamma - mean).powi(2) * odds(*cost)).sum::<f64>()
-                / total;
+        let square = powers.iter().map(|(gamma, cost)| (gamma - mean).powi(2) * odds(*cost)).sum::<f64>() / total;
         let standards = [Response::Srgb, Response::Rec709].map(|curve| (curve, cost(&curve)));
         let standard = standards.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let response = match standard {
@@ -117,8 +114,7 @@ impl Samples {
         let lamps = shoot.all_lamps().len();
         let is_shared = |at: &usize| pose.pixels[*at] > SOLID && frame.pixels[*at] > SOLID;
         let same_size = pose.size() == frame.size();
-        let shared: Vec<usize> =
-            (0..pose.pixels.len()).filter(|at| same_size && is_shared(at)).collect();
+        let shared: Vec<usize> = (0..pose.pixels.len()).filter(|at| same_size && is_shared(at)).collect();
         let step = shared.len().div_ceil(MOST).max(1);
         let places: Vec<usize> = shared.into_iter().step_by(step).collect();
         let picture = project.frame_picture(light.frame);
@@ -151,9 +147,8 @@ impl Samples {
             }
             let weights = equations.solve();
             for (olats, frame) in rows() {
-                let sum: f64 = (olats.iter().zip(&weights))
-                    .map(|(code, weight)| weight * f64::from(table.light(code[c])))
-                    .sum();
+                let sum: f64 =
+                    (olats.iter().zip(&weights)).map(|(code, weight)| weight * f64::from(table.light(code[c]))).sum();
                 let found = f64::from(table.encode(sum as f32));
                 square += (found - f64::from(frame[c]) / f64::from(STEPS)).powi(2);
             }

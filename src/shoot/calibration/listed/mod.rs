@@ -22,11 +22,7 @@ use stereo::rig;
 ///
 /// # Errors
 /// When a picture cannot be read, no frame shows the subject like a pose, or the job was stopped.
-pub fn calibrate(
-    project: &Project,
-    settings: &CalibrateSettings,
-    progress: &Progress,
-) -> Result<Calibration> {
+pub fn calibrate(project: &Project, settings: &CalibrateSettings, progress: &Progress) -> Result<Calibration> {
     let shoot = &project.settings.shoot;
     let by_files = settings.trial.is_none() && is_scene_linear(project)?;
     let known = match &settings.trial {
@@ -35,8 +31,7 @@ pub fn calibrate(
     };
     let mut pictures = Pictures::read(project, &known.unwrap_or(PROVISIONAL), progress)?;
     let mut light = pictures.interview_light(project)?;
-    let mut found =
-        Curve { response: known.unwrap_or(PROVISIONAL), deviation: 0.0, is_fitted: false };
+    let mut found = Curve { response: known.unwrap_or(PROVISIONAL), deviation: 0.0, is_fitted: false };
     if known.is_none() {
         found = Curve::fit(project, &light)?;
         if found.response != PROVISIONAL {
@@ -44,8 +39,7 @@ pub fn calibrate(
             light = pictures.interview_light(project)?;
         }
     }
-    let evidence =
-        Evidence { by_hand: settings.trial.is_some(), by_files, ..found.evidence(project, &light) };
+    let evidence = Evidence { by_hand: settings.trial.is_some(), by_files, ..found.evidence(project, &light) };
     progress.say(format!(
         "No mirror balls: frame {} is a sum of the lamps of pose {} within {:.1} %",
         shoot.frames.name(light.frame),
@@ -54,8 +48,7 @@ pub fn calibrate(
     ));
     let mut rig = rig(&pictures.poses, shoot.all_lamps(), &shoot.lamp_layout);
     let motion = motion::measure(project, settings, &found.response, &rig, progress)?;
-    let (rig_faults, rig_findings) =
-        rig_check::check_project(project, &rig, 0.0)?.into_iter().unzip();
+    let (rig_faults, rig_findings) = rig_check::check_project(project, &rig, 0.0)?.into_iter().unzip();
     let learnt = shoot.lamps.len();
     let stand_in = (!shoot.other_lamps.is_empty()).then(|| pictures.stand_in(&light, learnt));
     rig.lamps.truncate(learnt);

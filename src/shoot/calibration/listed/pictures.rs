@@ -63,18 +63,12 @@ impl Pictures {
             let light = footage::read_framed_light(picture, framing, response)?;
             Ok(resize_area(&light, SIDE, SIDE))
         };
-        let small_mask = |matte: &_| -> Result<Mask> {
-            Ok(resize_area(&footage::read_mask(matte, framing)?, SIDE, SIDE))
-        };
+        let small_mask =
+            |matte: &_| -> Result<Mask> { Ok(resize_area(&footage::read_mask(matte, framing)?, SIDE, SIDE)) };
         let poses = (0..shoot.poses.len())
             .map(|pose| {
                 progress.check("nothing was changed")?;
-                progress.step(
-                    "poses",
-                    pose as u64 + 1,
-                    shoot.poses.len() as u64,
-                    &shoot.poses[pose],
-                );
+                progress.step("poses", pose as u64 + 1, shoot.poses.len() as u64, &shoot.poses[pose]);
                 let lamps = (0..shoot.all_lamps().len()).into_par_iter();
                 let olats = lamps.map(|lamp| {
                     if project.has_olat(pose, lamp) {
@@ -96,8 +90,7 @@ impl Pictures {
             .into_par_iter()
             .map(|frame| {
                 let read = footage::readable_frame(project, frame)?;
-                let plate = small(&project.frame_picture(read))
-                    .map_err(|e| footage::offer(project, frame, e))?;
+                let plate = small(&project.frame_picture(read)).map_err(|e| footage::offer(project, frame, e))?;
                 let mask = small_mask(&project.frame_matte(read))?;
                 Ok(FramePicture { number: frame, plate, mask })
             })
@@ -108,15 +101,13 @@ impl Pictures {
     /// The frame and the pose that are most alike, and the weights of the pose's OLATs whose sum is the frame: least squares,
     /// none negative, with a prior of similar weights for near lamps (kriging, Matheron 1963).
     pub fn interview_light(&self, project: &Project) -> Result<Light> {
-        let pairs: Vec<(usize, usize)> = (0..self.poses.len())
-            .flat_map(|pose| (0..self.frames.len()).map(move |frame| (pose, frame)))
-            .collect();
+        let pairs: Vec<(usize, usize)> =
+            (0..self.poses.len()).flat_map(|pose| (0..self.frames.len()).map(move |frame| (pose, frame))).collect();
         let compared: Vec<Light> = pairs
             .into_par_iter()
             .filter_map(|(pose, frame)| {
                 let places = self.shared(pose, frame)?;
-                let target: Vec<[f32; 3]> =
-                    places.iter().map(|&at| self.frames[frame].plate.pixels[at]).collect();
+                let target: Vec<[f32; 3]> = places.iter().map(|&at| self.frames[frame].plate.pixels[at]).collect();
                 let (weights, residual) = self.weights(&[(pose, places)], &target, usize::MAX);
                 Some(Light { pose, frame: self.frames[frame].number, weights, residual })
             })
@@ -137,24 +128,17 @@ impl Pictures {
     fn shared(&self, pose: usize, frame: usize) -> Option<Vec<usize>> {
         let (pose, frame) = (&self.poses[pose].mask.pixels, &self.frames[frame].mask.pixels);
         let solid = pose.iter().filter(|v| **v > SOLID).count();
-        let shared: Vec<usize> =
-            (0..pose.len()).filter(|&at| pose[at] > SOLID && frame[at] > SOLID).collect();
+        let shared: Vec<usize> = (0..pose.len()).filter(|&at| pose[at] > SOLID && frame[at] > SOLID).collect();
         let enough = shared.len() >= SHARED.1 && shared.len() as f32 >= SHARED.0 * solid as f32;
         enough.then_some(shared)
     }
 
     /// Weights of the first `learnt` lamps whose sum over the pixels of some poses is nearest to `target`, and the relative
     /// residual.
-    fn weights(
-        &self,
-        places: &[(usize, Vec<usize>)],
-        target: &[[f32; 3]],
-        learnt: usize,
-    ) -> (Vec<[f32; 3]>, f32) {
+    fn weights(&self, places: &[(usize, Vec<usize>)], target: &[[f32; 3]], learnt: usize) -> (Vec<[f32; 3]>, f32) {
         let lamps = self.poses[0].olats.len().min(learnt);
         let pixels = || {
-            let all =
-                places.iter().flat_map(|(pose, places)| places.iter().map(move |at| (*pose, *at)));
+            let all = places.iter().flat_map(|(pose, places)| places.iter().map(move |at| (*pose, *at)));
             all.zip(target)
         };
         let mean = median(target.iter().map(|light| luminance(*light))).max(f32::MIN_POSITIVE);
@@ -197,12 +181,9 @@ impl Pictures {
 
     /// Weights of the learnt lamps nearest to the interview's light by all lamps.
     pub fn stand_in(&self, light: &Light, learnt: usize) -> StandIn {
-        let places: Vec<(usize, Vec<usize>)> =
-            self.poses.iter().map(Pose::solid).enumerate().collect();
-        let pixels =
-            places.iter().flat_map(|(pose, places)| places.iter().map(move |at| (pose, at)));
-        let target: Vec<[f32; 3]> =
-            pixels.map(|(pose, at)| self.poses[*pose].sum(*at, &light.weights)).collect();
+        let places: Vec<(usize, Vec<usize>)> = self.poses.iter().map(Pose::solid).enumerate().collect();
+        let pixels = places.iter().flat_map(|(pose, places)| places.iter().map(move |at| (pose, at)));
+        let target: Vec<[f32; 3]> = pixels.map(|(pose, at)| self.poses[*pose].sum(*at, &light.weights)).collect();
         let (weights, residual) = self.weights(&places, &target, learnt);
         StandIn { weights, residual }
     }
@@ -221,9 +202,10 @@ impl Pose {
 
     /// A pixel as a sum of lamps.
     fn sum(&self, at: usize, weights: &[[f32; 3]]) -> [f32; 3] {
-        self.olats.iter().zip(weights).fold([0.0; 3], |sum, (olat, weight)| {
-            [0, 1, 2].map(|c| sum[c] + weight[c] * olat.pixels[at][c])
-        })
+        self.olats
+            .iter()
+            .zip(weights)
+            .fold([0.0; 3], |sum, (olat, weight)| [0, 1, 2].map(|c| sum[c] + weight[c] * olat.pixels[at][c]))
     }
 }
 
@@ -233,9 +215,7 @@ fn smooth(directions: &[Vec3]) -> Vec<f64> {
     let pairs = directions.iter().flat_map(|a| directions.iter().map(move |b| a.dot(*b)));
     let mut covariance: Vec<f64> = pairs.map(|cosine| f64::from(kernel(cosine))).collect();
     (0..n).for_each(|i| covariance[i * n + i] += 1e-3);
-    let Some(mut precision) = inverse(&covariance, n) else {
-        return vec![];
-    };
+    let Some(mut precision) = inverse(&covariance, n) else { return vec![] };
     let rows: Vec<f64> = precision.chunks(n).map(|row| row.iter().sum()).collect();
     let all: f64 = rows.iter().sum();
     for (i, row) in rows.iter().enumerate() {

@@ -22,19 +22,13 @@ const GRAZING: f64 = 0.2;
 /// Lamps at the listed directions, with energies by photometric stereo (Woodham 1980): in turn the albedo times the normal
 /// of each pixel, and the energy of each lamp, without pixels in shadow or glint. The mean lamp is white. A lamp that
 /// lights too few pixels has the median energy.
-pub fn rig<'a>(
-    poses: &[Pose],
-    names: impl Iterator<Item = &'a String>,
-    directions: &[Vec3],
-) -> Rig {
-    let lights: Vec<Vec<[f32; 3]>> = (poses.iter())
-        .flat_map(|pose| pose.solid().into_iter().map(move |at| pose.under_each(at)))
-        .collect();
+pub fn rig<'a>(poses: &[Pose], names: impl Iterator<Item = &'a String>, directions: &[Vec3]) -> Rig {
+    let lights: Vec<Vec<[f32; 3]>> =
+        (poses.iter()).flat_map(|pose| pose.solid().into_iter().map(move |at| pose.under_each(at))).collect();
     let mut energies = vec![1.0f32; directions.len()];
     let mut surfaces: Vec<Option<Surface>> = vec![];
     for _ in 0..ROUNDS {
-        surfaces =
-            (lights.par_iter()).map(|light| Surface::new(light, &energies, directions)).collect();
+        surfaces = (lights.par_iter()).map(|light| Surface::new(light, &energies, directions)).collect();
         energies = energies_by(&lights, &surfaces, directions, |_, light| luminance(light));
     }
     let lengths = surfaces.iter().flatten().map(|surface| surface.normal.length() as f32);
@@ -49,9 +43,7 @@ pub fn rig<'a>(
                 median(used.map(|i| light[i][c] / luminance(light[i]).max(f32::MIN_POSITIVE)))
             })
             .collect();
-        let energies = energies_by(&lights, &surfaces, directions, |pixel, light| {
-            light[c] / shares[pixel].max(1e-3)
-        });
+        let energies = energies_by(&lights, &surfaces, directions, |pixel, light| light[c] / shares[pixel].max(1e-3));
         let white = mean(&energies).max(f32::MIN_POSITIVE);
         energies.iter().map(|energy| energy / white).collect::<Vec<_>>()
     });
@@ -78,14 +70,12 @@ struct Surface {
 impl Surface {
     /// Least squares over the lamps that light a pixel (Lambert), without outliers; None if fewer than four do.
     fn new(light: &[[f32; 3]], energies: &[f32], directions: &[Vec3]) -> Option<Self> {
-        let values: Vec<f64> =
-            light.iter().zip(energies).map(|(l, e)| f64::from(luminance(*l) / e)).collect();
+        let values: Vec<f64> = light.iter().zip(energies).map(|(l, e)| f64::from(luminance(*l) / e)).collect();
         let mut sorted = values.clone();
         sorted.sort_by(f64::total_cmp);
         // Without the brightest tenth, which may be glints.
         let bright = sorted[9 * (sorted.len() - 1) / 10];
-        let mut used: Vec<usize> =
-            (0..values.len()).filter(|&i| values[i] > 0.3 * bright).collect();
+        let mut used: Vec<usize> = (0..values.len()).filter(|&i| values[i] > 0.3 * bright).collect();
         let mut normal = DVec3::ZERO;
         for _ in 0..4 {
             if used.len() < 4 {
@@ -130,8 +120,7 @@ fn energies_by(
                 let normal = surface.as_ref()?.normal;
                 let cosine = to.dot(normal);
                 // Shadowed pixels count too: which they are depends on the energy.
-                (cosine > 2.0 * GRAZING * normal.length())
-                    .then(|| light_of(pixel, light[lamp]) / cosine as f32)
+                (cosine > 2.0 * GRAZING * normal.length()).then(|| light_of(pixel, light[lamp]) / cosine as f32)
             })
             .collect();
         let count = ratios.len() as f32;

@@ -80,12 +80,7 @@ impl Pictures {
             let reach = |at: usize| at.saturating_sub(MARGIN)..(at + MARGIN + 1).min(side);
             reach(y).any(|y| reach(x).any(|x| matte.at(x, y) > 0.02))
         };
-        Self {
-            pictures,
-            side,
-            shown: (0..side * side).filter(|&i| near(i)).collect(),
-            head: head_turn(matte).pixels,
-        }
+        Self { pictures, side, shown: (0..side * side).filter(|&i| near(i)).collect(), head: head_turn(matte).pixels }
     }
 
     /// Aligns the pictures; `None` if they carry too little information.
@@ -154,9 +149,7 @@ impl Pictures {
             let blur = |value: &dyn Fn(usize) -> f32, i: usize| {
                 (3.0 * value(i.saturating_sub(1)) + 10.0 * value(i) + 3.0 * value(i + 1)) / 16.0
             };
-            let half = |value: &dyn Fn(usize) -> f32, i: usize| {
-                0.5 * (value(i + 1) - value(i.saturating_sub(1)))
-            };
+            let half = |value: &dyn Fn(usize) -> f32, i: usize| 0.5 * (value(i + 1) - value(i.saturating_sub(1)));
             let pick = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
                 self.shown.iter().map(|&i| f(i % side, i / side)).collect()
             };
@@ -179,23 +172,15 @@ impl Pictures {
             mean.iter_mut().zip(picture).for_each(|(m, v)| *m += v / light.len() as f32);
         }
         let level = mean.iter().sum::<f32>() / mean.len() as f32;
-        (level > 0.0 && level.is_finite())
-            .then(|| mean.iter().map(|m| RELATIVE[1] * m + RELATIVE[2] * level).collect())
+        (level > 0.0 && level.is_finite()).then(|| mean.iter().map(|m| RELATIVE[1] * m + RELATIVE[2] * level).collect())
     }
 
     /// Equations of picture `i` for all shifts; `None` if it cannot be predicted.
-    fn equations(
-        &self,
-        unmoved: &Unmoved,
-        i: usize,
-        weights: &[f32],
-        prediction: Prediction,
-    ) -> Option<Equations> {
+    fn equations(&self, unmoved: &Unmoved, i: usize, weights: &[f32], prediction: Prediction) -> Option<Equations> {
         let count = unmoved.light.len();
         let own = &unmoved.light[i];
         let others: Vec<usize> = (0..count).filter(|&j| j != i).collect();
-        let weighted: Vec<Vec<f32>> =
-            (others.iter()).map(|&j| product(&unmoved.light[j], weights)).collect();
+        let weighted: Vec<Vec<f32>> = (others.iter()).map(|&j| product(&unmoved.light[j], weights)).collect();
         let (shares, normal) = match prediction {
             Prediction::Mean => {
                 let mean = combined(&others, &vec![1.0; others.len()], |j| &unmoved.light[j]);
@@ -254,13 +239,7 @@ impl Pictures {
 
     /// Change of the residuals when a picture is shifted, as its own prediction error and as part of the others'
     /// predictions.
-    fn moved(
-        &self,
-        unmoved: &Unmoved,
-        i: usize,
-        others: &[usize],
-        shares: &[f64],
-    ) -> Vec<(usize, Vec<f32>)> {
+    fn moved(&self, unmoved: &Unmoved, i: usize, others: &[usize], shares: &[f64]) -> Vec<(usize, Vec<f32>)> {
         let column = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
             let pixels = slopes.iter().zip(&self.shown);
             if turns {
@@ -359,8 +338,7 @@ fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f3
 fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
     let each = equations.iter().map(|e| {
         let weights = weights(&e.prediction, floor, None);
-        let errors: Vec<f32> =
-            (e.residual.iter().zip(&weights)).map(|(r, w)| r.abs() * w.sqrt()).collect();
+        let errors: Vec<f32> = (e.residual.iter().zip(&weights)).map(|(r, w)| r.abs() * w.sqrt()).collect();
         let mut sorted = errors.clone();
         sorted.sort_by(f32::total_cmp);
         // The median of a normal distribution's absolute values is 0.6745 deviations.

@@ -69,21 +69,16 @@ impl Problem {
     pub fn new(series: &[Series], lamps: Option<&[Option<Vec3>]>) -> Option<Self> {
         let (poses, n) = (series.len(), series.first()?.times.len());
         let values: Vec<Vec<f64>> = series.iter().map(components).collect();
-        let sum = |part: usize, i: usize| -> f64 {
-            (0..poses).map(|p| turn(part, p, poses) * values[p][i]).sum()
-        };
+        let sum = |part: usize, i: usize| -> f64 { (0..poses).map(|p| turn(part, p, poses) * values[p][i]).sum() };
         let length = SHIFTS * (n - 1);
-        let parts: Vec<Vec<f64>> =
-            (0..poses).map(|part| (0..length).map(|i| sum(part, i)).collect()).collect();
+        let parts: Vec<Vec<f64>> = (0..poses).map(|part| (0..length).map(|i| sum(part, i)).collect()).collect();
         let mut noise = vec![0.0; length * length];
         for one in series {
             for (sum, v) in noise.iter_mut().zip(noise_covariance(one)) {
                 *sum += v / poses as f64;
             }
         }
-        let alike = |a: usize, b: usize| match lamps
-            .map(|l| [a, b].map(|i| l.get(i).copied().flatten()))
-        {
+        let alike = |a: usize, b: usize| match lamps.map(|l| [a, b].map(|i| l.get(i).copied().flatten())) {
             _ if a == b => 1.0,
             Some([Some(a), Some(b)]) => f64::from((-0.5 * (a.distance(b) / NEAR).powi(2)).exp()),
             _ => 0.0,
@@ -106,8 +101,7 @@ impl Problem {
     /// `None` if the covariances are not positive definite.
     fn factors(&self, sizes: &Sizes) -> Option<Factors> {
         let n = self.times.len();
-        let smooth: Vec<f64> =
-            (0..n * n).map(|i| kernel(self.times[i / n], self.times[i % n], sizes)).collect();
+        let smooth: Vec<f64> = (0..n * n).map(|i| kernel(self.times[i / n], self.times[i % n], sizes)).collect();
         let smooth = contrasted(&smooth, n);
         let (m, length) = (n - 1, SHIFTS * (n - 1));
         let factor = |own_share: f64| {
@@ -143,21 +137,17 @@ impl Problem {
         let factors = self.factors(sizes)?;
         let n = self.times.len();
         // Covariance of the path with the shifts, minus its mean over `at`.
-        let rows: Vec<Vec<f64>> = (at.iter())
-            .map(|&a| self.times.iter().map(|&b| kernel(a, b, sizes)).collect())
-            .collect();
-        let mean: Vec<f64> =
-            (0..n).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / at.len() as f64).collect();
-        let less = |row: &Vec<f64>| -> Vec<f64> {
-            contrasts(&row.iter().zip(&mean).map(|(a, b)| a - b).collect::<Vec<_>>())
-        };
+        let rows: Vec<Vec<f64>> =
+            (at.iter()).map(|&a| self.times.iter().map(|&b| kernel(a, b, sizes)).collect()).collect();
+        let mean: Vec<f64> = (0..n).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / at.len() as f64).collect();
+        let less =
+            |row: &Vec<f64>| -> Vec<f64> { contrasts(&row.iter().zip(&mean).map(|(a, b)| a - b).collect::<Vec<_>>()) };
         let rows: Vec<Vec<f64>> = rows.iter().map(less).collect();
         let before = centred_variances(at, sizes);
         let covariances = [&factors.first, &factors.others];
         let spreads = covariances.map(|c| spreads(c, &rows, &before));
-        let solved: Vec<Vec<f64>> = (self.parts.iter().enumerate())
-            .map(|(part, values)| covariances[part.min(1)].solve(values))
-            .collect();
+        let solved: Vec<Vec<f64>> =
+            (self.parts.iter().enumerate()).map(|(part, values)| covariances[part.min(1)].solve(values)).collect();
         let place = |pose: usize, i: usize| {
             let mut place = Place::default();
             for (part, solved) in solved.iter().enumerate() {
@@ -208,9 +198,7 @@ fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f6
 
 /// Contrasts of each component of the shifts.
 fn components(series: &Series) -> Vec<f64> {
-    (0..SHIFTS)
-        .flat_map(|k| contrasts(&series.shifts.iter().map(|s| s[k]).collect::<Vec<_>>()))
-        .collect()
+    (0..SHIFTS).flat_map(|k| contrasts(&series.shifts.iter().map(|s| s[k]).collect::<Vec<_>>())).collect()
 }
 
 /// Noise covariance of the contrasts.
@@ -220,8 +208,7 @@ fn noise_covariance(series: &Series) -> Vec<f64> {
     let mut all = vec![0.0; length * length];
     for a in 0..SHIFTS {
         for b in 0..SHIFTS {
-            let noise =
-                |i: usize| series.noise[((i / n) * SHIFTS + a) * n * SHIFTS + (i % n) * SHIFTS + b];
+            let noise = |i: usize| series.noise[((i / n) * SHIFTS + a) * n * SHIFTS + (i % n) * SHIFTS + b];
             let block = contrasted(&(0..n * n).map(noise).collect::<Vec<_>>(), n);
             for (i, v) in block.iter().enumerate() {
                 all[(a * m + i / m) * length + b * m + i % m] = *v;
@@ -240,8 +227,7 @@ fn kernel(a: f64, b: f64, sizes: &Sizes) -> f64 {
 /// Variances of the path minus its mean over the times.
 fn centred_variances(at: &[f64], sizes: &Sizes) -> Vec<f64> {
     let n = at.len() as f64;
-    let means: Vec<f64> =
-        at.iter().map(|&a| at.iter().map(|&b| kernel(a, b, sizes)).sum::<f64>() / n).collect();
+    let means: Vec<f64> = at.iter().map(|&a| at.iter().map(|&b| kernel(a, b, sizes)).sum::<f64>() / n).collect();
     let all = means.iter().sum::<f64>() / n;
     means.iter().map(|m| sizes.path.powi(2) - 2.0 * m + all).collect()
 }

@@ -66,12 +66,7 @@ pub(super) fn measure(
 ///
 /// # Errors
 /// When a picture cannot be read, or the job was stopped.
-fn find(
-    project: &Project,
-    response: &Response,
-    directions: &[Option<Vec3>],
-    progress: &Progress,
-) -> Result<Motion> {
+fn find(project: &Project, response: &Response, directions: &[Option<Vec3>], progress: &Progress) -> Result<Motion> {
     let shoot = &project.settings.shoot;
     let order = order_lit(project);
     let (paths, seen_in) = paths(project, response, &order, directions, progress)?;
@@ -93,31 +88,22 @@ fn paths(
     progress: &Progress,
 ) -> Result<(Paths, SeenIn)> {
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
-    let tracked = (0..shoot.poses.len())
-        .map(|pose| TrackingFrames::new(project, pose))
-        .collect::<Result<Vec<_>>>()?;
+    let tracked = (0..shoot.poses.len()).map(|pose| TrackingFrames::new(project, pose)).collect::<Result<Vec<_>>>()?;
     // Poses are compared with each other, so all use the same kind of picture.
     let tracked: Option<Vec<_>> = tracked.into_iter().collect();
     let seen_in = match tracked {
         Some(_) => SeenIn::Tracking,
         None => SeenIn::Olats,
     };
-    let lamp_times: Vec<f32> =
-        (0..order.len()).map(|place| lamp_time(place, order.len())).collect();
+    let lamp_times: Vec<f32> = (0..order.len()).map(|place| lamp_time(place, order.len())).collect();
     // Lamps that every pose has.
-    let has_all =
-        |&place: &usize| (0..shoot.poses.len()).all(|p| project.has_olat(p, order[place]));
+    let has_all = |&place: &usize| (0..shoot.poses.len()).all(|p| project.has_olat(p, order[place]));
     let common: Vec<usize> = (0..order.len()).filter(has_all).collect();
     let chosen: Vec<usize> = evenly(common.len(), LAMPS).into_iter().map(|i| common[i]).collect();
     let (mut times, mut aligned) = (Vec::new(), Vec::new());
     for pose in 0..shoot.poses.len() {
         progress.check("nothing was changed")?;
-        progress.step(
-            "motion",
-            pose as u64 + 1,
-            shoot.poses.len() as u64,
-            shoot.poses[pose].clone(),
-        );
+        progress.step("motion", pose as u64 + 1, shoot.poses.len() as u64, shoot.poses[pose].clone());
         let matte = footage::read_mask(&project.exemplar_matte(pose), framing)?;
         let (files, at, prediction): (Vec<Picture>, Vec<f32>, _) = match &tracked {
             Some(tracked) => {
@@ -125,9 +111,8 @@ fn paths(
                 (frames.pictures.clone(), frames.times.clone(), Prediction::Mean)
             }
             None => {
-                let (files, at) = (chosen.iter())
-                    .map(|&place| (project.olat_picture(pose, order[place]), lamp_times[place]))
-                    .unzip();
+                let (files, at) =
+                    (chosen.iter()).map(|&place| (project.olat_picture(pose, order[place]), lamp_times[place])).unzip();
                 (files, at, Prediction::OtherLamps)
             }
         };
@@ -218,18 +203,12 @@ impl Paths {
     ) -> Self {
         let series: Vec<Series> = (aligned.iter().zip(times))
             .filter_map(|(alignment, times)| Some((alignment.as_ref()?, times)))
-            .map(|(alignment, times)| Series {
-                times,
-                shifts: &alignment.shifts,
-                noise: &alignment.noise,
-            })
+            .map(|(alignment, times)| Series { times, shifts: &alignment.shifts, noise: &alignment.noise })
             .collect();
         let mut place = 0..;
         Self {
             paths: path::find(&series, lamp_times, lamps),
-            places: (aligned.iter())
-                .map(|alignment| alignment.as_ref().and_then(|_| place.next()))
-                .collect(),
+            places: (aligned.iter()).map(|alignment| alignment.as_ref().and_then(|_| place.next())).collect(),
         }
     }
 

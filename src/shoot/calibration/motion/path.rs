@@ -21,8 +21,7 @@ const PIXEL: f64 = 1.0 / 256.0;
 /// A size of the model: its candidate values and its setter.
 type Parameter = (&'static [f64], fn(&mut Sizes, f64));
 
-const FACTORS: [f64; 13] =
-    [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
+const FACTORS: [f64; 13] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 /// In pixels of 256.
 const PRETENDED: [f64; 13] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.6, 2.2, 3.5, 5.0, 8.0];
 const PATHS: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
@@ -36,8 +35,7 @@ const PRETENCE: [Parameter; 5] = [
     (&PRETENDED, |sizes, v| sizes.pose[1] = v * PIXEL),
     (&[0.0, 0.15, 0.3, 0.6, 0.85], |sizes, v| sizes.near = v),
 ];
-const PATH: [Parameter; 2] =
-    [(&PATHS, |sizes, v| sizes.path = v * PIXEL), (&LENGTHS, |sizes, v| sizes.length = v)];
+const PATH: [Parameter; 2] = [(&PATHS, |sizes, v| sizes.path = v * PIXEL), (&LENGTHS, |sizes, v| sizes.length = v)];
 
 /// Paths of all poses at times `at`, with mean 0 over these. Without certain motion they are 0, and their variances
 /// cover unseen motion. `None` if the data are insufficient. `lamps` holds the direction of each picture's lamp
@@ -63,9 +61,7 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
                 place.variance[0][axis] += body;
                 place.variance[1][axis] += body + head;
             }
-            for (way, variance) in
-                (place.way.iter_mut().flatten()).zip(place.variance.iter_mut().flatten())
-            {
+            for (way, variance) in (place.way.iter_mut().flatten()).zip(place.variance.iter_mut().flatten()) {
                 *variance += way.powi(2);
                 *way = 0.0;
             }
@@ -76,8 +72,7 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
 
 /// Most likely sizes without a path, and with one.
 fn most_likely(problem: &Problem, lit_in_turn: bool) -> Option<((f64, Sizes), (f64, Sizes))> {
-    let mut start =
-        Sizes { noise: 1.0, own: [0.0; 2], pose: [0.0; 2], near: 0.0, path: 0.0, length: 0.3 };
+    let mut start = Sizes { noise: 1.0, own: [0.0; 2], pose: [0.0; 2], near: 0.0, path: 0.0, length: 0.3 };
     let mut parameters = vec![NOISE];
     if lit_in_turn {
         start.noise = 8.0;
@@ -121,12 +116,7 @@ fn climbed(problem: &Problem, start: Sizes, parameters: &[Parameter]) -> Option<
 }
 
 /// Log odds for a path, with equal prior probabilities of all sizes and lengths, and the paths averaged over them.
-fn averaged(
-    problem: &Problem,
-    still: &(f64, Sizes),
-    moving: &(f64, Sizes),
-    at: &[f32],
-) -> Option<(f64, Vec<Path>)> {
+fn averaged(problem: &Problem, still: &(f64, Sizes), moving: &(f64, Sizes), at: &[f32]) -> Option<(f64, Vec<Path>)> {
     /// Smallest relative probability of sizes that affect the result.
     const LEAST_SHARE: f64 = 1e-3;
     let at: Vec<f64> = at.iter().map(|&t| f64::from(t)).collect();
@@ -135,9 +125,8 @@ fn averaged(
         .flat_map(|path| LENGTHS.map(|length| (path * PIXEL, length)))
         .map(|(path, length)| Sizes { path, length, ..moving.1 })
         .collect();
-    let likelihoods: Vec<f64> = (all.par_iter())
-        .map(|sizes| problem.log_likelihood(sizes).unwrap_or(f64::NEG_INFINITY))
-        .collect();
+    let likelihoods: Vec<f64> =
+        (all.par_iter()).map(|sizes| problem.log_likelihood(sizes).unwrap_or(f64::NEG_INFINITY)).collect();
     let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !most.is_finite() {
         return None;
@@ -167,8 +156,7 @@ fn averaged(
         }
         mean
     };
-    let paths =
-        (0..problem.poses()).map(|pose| (0..at.len()).map(|i| place(pose, i)).collect()).collect();
+    let paths = (0..problem.poses()).map(|pose| (0..at.len()).map(|i| place(pose, i)).collect()).collect();
     Some((log_odds, paths))
 }
 
@@ -204,8 +192,7 @@ mod tests {
     fn found(shifts: &[Vec<[f64; 4]>]) -> Vec<Path> {
         let times: Vec<f32> = (0..LAMPS).map(|i| (i as f32 + 0.5) / LAMPS as f32).collect();
         let n = 4 * LAMPS;
-        let noise: Vec<f64> =
-            (0..n * n).map(|i| f64::from(i / n == i % n) * 0.1 * PIXEL * PIXEL).collect();
+        let noise: Vec<f64> = (0..n * n).map(|i| f64::from(i / n == i % n) * 0.1 * PIXEL * PIXEL).collect();
         let series: Vec<Series> =
             (shifts.iter()).map(|shifts| Series { times: &times, shifts, noise: &noise }).collect();
         find(&series, &times, Some(&[None; LAMPS])).unwrap()

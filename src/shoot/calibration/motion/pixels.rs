@@ -1,11 +1,7 @@
 //! Sums over pixels.
 
 /// Σ shares_j · picture(others_j).
-pub fn combined<'a>(
-    others: &[usize],
-    shares: &[f64],
-    picture: impl Fn(usize) -> &'a Vec<f32>,
-) -> Vec<f32> {
+pub fn combined<'a>(others: &[usize], shares: &[f64], picture: impl Fn(usize) -> &'a Vec<f32>) -> Vec<f32> {
     let mut sum = vec![0.0f32; picture(others[0]).len()];
     for (&j, &share) in others.iter().zip(shares) {
         sum.iter_mut().zip(picture(j)).for_each(|(sum, v)| *sum += share as f32 * v);

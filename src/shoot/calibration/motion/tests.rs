@@ -10,8 +10,7 @@ const SIZE: usize = 64;
 
 /// A project of a stage in `folder`, with ground truth.
 fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (Project, Truth) {
-    let settings =
-        StageSettings { frames: 1, size: SIZE, seed, lamps, trouble, ..StageSettings::default() };
+    let settings = StageSettings { frames: 1, size: SIZE, seed, lamps, trouble, ..StageSettings::default() };
     let shoot = folder.join("shoot");
     write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
     let import = ImportSettings { size: SIZE, seed: 1, layer: None };
@@ -50,14 +49,11 @@ struct Comparison {
 
 fn compared(project: &Project, truth: &Truth) -> Comparison {
     let order = order_lit(project);
-    let (paths, _) =
-        paths(project, &truth.response(), &order, &directions(project), &Progress::silent())
-            .unwrap();
+    let (paths, _) = paths(project, &truth.response(), &order, &directions(project), &Progress::silent()).unwrap();
     let (mut moved, mut left, mut places) = (0.0, 0.0, 0.0);
     for (pose, sway) in truth.trouble.sway_px.iter().enumerate() {
-        let mean = [0, 1].map(|axis: usize| {
-            sway.iter().map(|s| s[axis]).sum::<f32>() / sway.len() as f32 / SIZE as f32
-        });
+        let mean =
+            [0, 1].map(|axis: usize| sway.iter().map(|s| s[axis]).sum::<f32>() / sway.len() as f32 / SIZE as f32);
         for (lamp, way) in sway.iter().enumerate() {
             let shift = shift(&paths.path(pose).unwrap()[lamp]);
             places += 1.0;

@@ -41,8 +41,7 @@ struct LampCells {
 impl Probes {
     /// Light on every ball regardless of the lamp: the room's own, and the sensor's black level.
     pub(super) fn ambient(&self, table: &ResponseTable) -> [f32; 3] {
-        let backgrounds: Vec<[f32; 3]> =
-            self.footprints.iter().map(|f| f.background(table)).collect();
+        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
         [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
@@ -73,11 +72,8 @@ impl Probes {
         }
         [0, 1, 2].map(|c| {
             // Sum of the weights, assuming equal lamps.
-            let weights = if energy[c] > 0.0 {
-                (interview[c] / energy[c]) as f32 * self.footprints.len() as f32
-            } else {
-                1.0
-            };
+            let weights =
+                if energy[c] > 0.0 { (interview[c] / energy[c]) as f32 * self.footprints.len() as f32 } else { 1.0 };
             dark[c].clamp(ambient[c], ambient[c] * weights.max(1.0))
         })
     }
@@ -137,8 +133,7 @@ impl Probes {
             .map(|footprint| {
                 let energy = self.lamp_cells(footprint, table);
                 let spread = self.spread(&self.kernel, &energy);
-                let lit =
-                    (energy.into_iter().enumerate()).filter(|(_, e)| *e != [0.0; 3]).collect();
+                let lit = (energy.into_iter().enumerate()).filter(|(_, e)| *e != [0.0; 3]).collect();
                 LampCells { lit, spread }
             })
             .collect();
@@ -157,8 +152,7 @@ impl Probes {
             });
             // A lamp's measurement on the ball has an error. For a barely visible lamp it is all error: its
             // arbitrary weight is set to 0, and its neighbours take its light.
-            let mut shown: Vec<f64> =
-                (0..lamps.len()).map(|i| gram[i * (lamps.len() + 1)]).collect();
+            let mut shown: Vec<f64> = (0..lamps.len()).map(|i| gram[i * (lamps.len() + 1)]).collect();
             shown.sort_by(f64::total_cmp);
             let error = HARDLY_SHOWN.powi(2) * shown.get(shown.len() / 2).copied().unwrap_or(0.0);
             let mut unsure = gram.clone();
@@ -200,9 +194,7 @@ impl Probes {
                     open[nearest] += f64::from(left[c] * spread[c]);
                 }
             }
-            let Some(inverse) = inverse(&sums.grams[c], n) else {
-                continue;
-            };
+            let Some(inverse) = inverse(&sums.grams[c], n) else { continue };
             for (lamp, error) in errors.iter_mut().enumerate() {
                 // The prediction of a lamp from the others, and its expected squared error, follow from the inverse
                 // (Dubrule 1983).
@@ -223,9 +215,7 @@ impl Probes {
     fn interview_cells(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
         let mut energy = vec![[0.0f32; 3]; self.cells()];
         let ambient = self.interview_ambient(table);
-        for (pixel, code) in
-            self.interview.iter().enumerate().filter(|(pixel, _)| self.comparable[*pixel])
-        {
+        for (pixel, code) in self.interview.iter().enumerate().filter(|(pixel, _)| self.comparable[*pixel]) {
             let light = table.rgb(*code);
             let cell = &mut energy[usize::from(self.cell_of_pixel[pixel])];
             for c in 0..3 {
@@ -244,8 +234,7 @@ impl Probes {
             let light = table.rgb(*code);
             let cell = &mut energy[usize::from(self.cell_of_pixel[place])];
             for c in 0..3 {
-                cell[c] +=
-                    (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
+                cell[c] += (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
             }
         }
         energy

@@ -6,9 +6,7 @@ mod profile;
 
 use super::arc_cosine;
 use super::blind_cone::uncover;
-use super::code_values::{
-    self, CodeValues, PROVISIONAL, ResponseTable, codes, encoded, is_clipped,
-};
+use super::code_values::{self, CodeValues, PROVISIONAL, ResponseTable, codes, encoded, is_clipped};
 use super::footprint::{Footprint, aim};
 use super::highlight::Grid;
 use super::median::median;
@@ -87,17 +85,11 @@ impl Probes {
         let interview = on_ball(&ball, &codes(&interview));
         let clipped = interview.iter().filter(|code| is_clipped(code)).count();
         let problem = if 10 * clipped > 9 * interview.len() {
-            Some((
-                project.interview_probe_picture(),
-                "shows a mirror ball that is clipped everywhere",
-            ))
+            Some((project.interview_probe_picture(), "shows a mirror ball that is clipped everywhere"))
         } else if interview.iter().all(|code| *code == [0; 3]) {
             Some((project.interview_probe_picture(), "shows a mirror ball that is black"))
         } else if footprints.iter().all(|footprint| footprint.pixels.is_empty()) {
-            Some((
-                project.lamp_probe_picture(0),
-                "and all other lamps' photographs show no lamp on the mirror ball",
-            ))
+            Some((project.lamp_probe_picture(0), "and all other lamps' photographs show no lamp on the mirror ball"))
         } else {
             None
         };
@@ -108,11 +100,7 @@ impl Probes {
                  and everything else is dark",
             ));
         }
-        Ok(Self {
-            wrong_circle,
-            scale,
-            ..Self::compare(ball.clone(), footprints, interview, &provisional)
-        })
+        Ok(Self { wrong_circle, scale, ..Self::compare(ball.clone(), footprints, interview, &provisional) })
     }
 
     fn compare(
@@ -130,8 +118,7 @@ impl Probes {
             .par_iter()
             .map(|pixel| {
                 let nearness = |i: usize| cells[i].dot(pixel.direction);
-                (0..cells.len()).max_by(|&i, &j| nearness(i).total_cmp(&nearness(j))).unwrap_or(0)
-                    as u16
+                (0..cells.len()).max_by(|&i, &j| nearness(i).total_cmp(&nearness(j))).unwrap_or(0) as u16
             })
             .collect();
         // A Gaussian of half the spacing: the lamps merge just enough to close the gaps.
@@ -139,9 +126,8 @@ impl Probes {
         let blur = (cells.par_iter())
             .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
             .collect();
-        let kernel = (cells.par_iter())
-            .flat_map_iter(|a| cells.iter().map(move |b| arc_cosine::kernel(a.dot(*b))))
-            .collect();
+        let kernel =
+            (cells.par_iter()).flat_map_iter(|a| cells.iter().map(move |b| arc_cosine::kernel(a.dot(*b)))).collect();
         let mut comparable: Vec<bool> = interview.iter().map(|code| !is_clipped(code)).collect();
         for (pixel, code) in footprints.iter().flat_map(|f| &f.pixels) {
             comparable[*pixel as usize] &= !is_clipped(code);
@@ -187,20 +173,12 @@ impl Probes {
     }
 
     /// Lamps under a response; `names` lists all of them.
-    pub fn lamps<'a>(
-        &self,
-        names: impl Iterator<Item = &'a String>,
-        response: &Response,
-    ) -> Vec<Lamp> {
+    pub fn lamps<'a>(&self, names: impl Iterator<Item = &'a String>, response: &Response) -> Vec<Lamp> {
         self.rig(names, &ResponseTable::from_response(response)).0.lamps
     }
 
     /// Lamps under a response, and the share of their energy hidden by the ball and filled in.
-    pub(super) fn rig<'a>(
-        &self,
-        names: impl Iterator<Item = &'a String>,
-        table: &ResponseTable,
-    ) -> (Rig, f32) {
+    pub(super) fn rig<'a>(&self, names: impl Iterator<Item = &'a String>, table: &ResponseTable) -> (Rig, f32) {
         measure(&self.footprints, (&self.ball, self.scale), names, table)
     }
 }
@@ -223,19 +201,15 @@ pub(super) fn footprints(
     silhouette::large_enough(&circle, &reference.display().to_string())?;
     let provisional = ResponseTable::from_response(&PROVISIONAL);
     let mut grid = Grid::new(ball, size.0, pictures.len());
-    let some: Vec<Picture> =
-        (pictures.iter().step_by(pictures.len().div_ceil(ENOUGH).max(1))).cloned().collect();
+    let some: Vec<Picture> = (pictures.iter().step_by(pictures.len().div_ceil(ENOUGH).max(1))).cloned().collect();
     // Faults of the photographs are reported below.
-    let wrong_circle = (Photographs::read(&some, progress).ok())
-        .and_then(|photographs| grid.check_circle(&photographs, &circle));
+    let wrong_circle =
+        (Photographs::read(&some, progress).ok()).and_then(|photographs| grid.check_circle(&photographs, &circle));
     let (mut footprints, series): (Vec<_>, Vec<_>) = (pictures.par_iter().enumerate())
         .map(|(lamp, address)| {
             progress.check("nothing was changed")?;
             let picture = read(address, scale)?;
-            silhouette::same_size(
-                (address.display(), picture.0.size()),
-                (reference.display(), size),
-            )?;
+            silhouette::same_size((address.display(), picture.0.size()), (reference.display(), size))?;
             let name = address.file().file_stem().unwrap_or_default().to_string_lossy();
             progress.step("mirror balls", lamp as u64 + 1, pictures.len() as u64, name);
             let photograph = on_ball(ball, &codes(&picture));
@@ -280,8 +254,7 @@ pub(super) fn measure<'a>(
     names: impl Iterator<Item = &'a String>,
     table: &ResponseTable,
 ) -> (Rig, f32) {
-    let mut lamps: Vec<Lamp> =
-        footprints.iter().zip(names).map(|(f, name)| f.lamp(name, ball, table)).collect();
+    let mut lamps: Vec<Lamp> = footprints.iter().zip(names).map(|(f, name)| f.lamp(name, ball, table)).collect();
     for lamp in &mut lamps {
         lamp.energy = lamp.energy.map(|energy| energy / scale);
     }
@@ -295,17 +268,14 @@ pub(super) fn measure<'a>(
     // view: a uniform disc reaches √2 times its root-mean-square radius.
     let cone = ball.blind_half_angle_deg;
     let from_axis = |lamp: &Lamp| lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
-    let is_clear =
-        |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
+    let is_clear = |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
     let seen = |lamp: &&Lamp| lamp.confidence > 0.0;
-    let spread =
-        median(lamps.iter().filter(seen).filter(|l| is_clear(l)).map(|lamp| lamp.spread_deg));
+    let spread = median(lamps.iter().filter(seen).filter(|l| is_clear(l)).map(|lamp| lamp.spread_deg));
     let radius = std::f32::consts::SQRT_2 * spread;
     let (mut filled, mut all) = (0.0, 0.0);
     for lamp in &mut lamps {
         if lamp.confidence > 0.0 && radius > 0.0 && from_axis(lamp) < cone + radius {
-            let [seen, radius, cone] =
-                [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
+            let [seen, radius, cone] = [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
             let (angle, visible) = uncover(seen, radius, cone);
             let sideways = lamp.direction.with_z(0.0).normalize_or_zero() * angle.sin() as f32;
             lamp.direction = sideways.with_z(-(angle.cos() as f32)).normalize();

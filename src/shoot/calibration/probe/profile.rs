@@ -94,8 +94,7 @@ impl Probes {
     /// a uniform light may be added; `remainder` is the variance of both relative to the noise, 0 for none.
     /// Variation within a cell, from the middle of a lamp's image to its edge, still reveals the response.
     pub(crate) fn profile(&self, table: &ResponseTable, remainder: f64) -> Profile {
-        let backgrounds: Vec<[f32; 3]> =
-            self.footprints.iter().map(|f| f.background(table)).collect();
+        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
         struct Channel {
             square: f64,
             off: Vec<f64>,
@@ -116,9 +115,7 @@ impl Probes {
                     // Errors are uniform in the code, so light is divided by the slope there.
                     let certainty = 1.0 / f64::from(table.slope(pixel.interview[c]));
                     terms.clear();
-                    terms.extend(
-                        pixel.lamps.iter().map(light).map(|(lamp, l)| (lamp, l * certainty)),
-                    );
+                    terms.extend(pixel.lamps.iter().map(light).map(|(lamp, l)| (lamp, l * certainty)));
                     terms.push((constant, certainty));
                     equations.add(&terms, f64::from(table.light(pixel.interview[c])) * certainty);
                 }
@@ -143,8 +140,7 @@ impl Probes {
                     cell.hr += h * r;
                     cell.rr += r * r;
                 }
-                let found: Vec<([f64; 2], f64)> =
-                    cells.iter().map(|cell| cell.remainder(remainder)).collect();
+                let found: Vec<([f64; 2], f64)> = cells.iter().map(|cell| cell.remainder(remainder)).collect();
                 let mut square: f64 = found.iter().map(|(_, penalty)| penalty).sum();
                 let off = self.profile.iter().zip(&sums).map(|(pixel, sum)| {
                     let [change, even] = found[pixel.cell].0;
@@ -170,9 +166,7 @@ impl Probes {
             square: channels.iter().map(|channel| channel.square).sum::<f64>() / 3.0,
             noise: 0.5 * (noise(&channels[0], &channels[1]) + noise(&channels[1], &channels[2])),
             rounding: self.profile_rounding,
-            weights: lamps
-                .map(|lamp| [0, 1, 2].map(|c: usize| channels[c].weights[lamp] as f32))
-                .collect(),
+            weights: lamps.map(|lamp| [0, 1, 2].map(|c: usize| channels[c].weights[lamp] as f32)).collect(),
             cells: channels.into_iter().flat_map(|channel| channel.cells).collect(),
         }
     }
@@ -212,9 +206,7 @@ impl Probes {
             .zip(&self.comparable)
             .zip(&self.ball.pixels)
             .zip(&self.cell_of_pixel)
-            .filter(|((((code, lamps), comparable), _), _)| {
-                !lamps.is_empty() && lit(code) && **comparable
-            })
+            .filter(|((((code, lamps), comparable), _), _)| !lamps.is_empty() && lit(code) && **comparable)
             .map(|((((code, lamps), _), place), cell)| ProfilePixel {
                 interview: *code,
                 index: place.index,
@@ -224,12 +216,7 @@ impl Probes {
             .collect();
         let stride = profile.len().div_ceil(ENOUGH).max(1);
         // Two neighbours at a time, for the noise.
-        profile
-            .into_iter()
-            .enumerate()
-            .filter(|(i, _)| (i / 2) % stride == 0)
-            .map(|(_, pixel)| pixel)
-            .collect()
+        profile.into_iter().enumerate().filter(|(i, _)| (i / 2) % stride == 0).map(|(_, pixel)| pixel).collect()
     }
 }
 

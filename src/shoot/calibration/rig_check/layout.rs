@@ -36,8 +36,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     if layout.len() != lamps.len() || !layout.iter().all(|d| d.is_normalized()) {
         return nothing(Outcome::WrongCount(layout.len()));
     }
-    let seen: Vec<usize> =
-        (0..lamps.len()).filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5).collect();
+    let seen: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5).collect();
     let spacings = spacings(layout);
     let tolerance = tolerance(median(spacings.iter().copied()));
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
@@ -46,8 +45,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     // One lamp in a hundred is within the tolerance of its place by chance, and the pair that suggested the
     // rotation always is: more than half of all lamps cannot be chance. In a small rig two swapped lamps are two
     // fewer.
-    let enough =
-        if seen.len() < 8 { seen.len().saturating_sub(2).max(3) } else { seen.len() / 2 + 1 };
+    let enough = if seen.len() < 8 { seen.len().saturating_sub(2).max(3) } else { seen.len() / 2 + 1 };
     if mirrored.matches >= enough && mirrored.matches > plain.matches + seen.len() / 4 {
         return nothing(Outcome::Mirrored);
     }
@@ -63,13 +61,10 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> 
     let displaced: Vec<usize> = seen
         .iter()
         .copied()
-        .filter(|&i| {
-            off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !duplicates.contains(&i)
-        })
+        .filter(|&i| off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !duplicates.contains(&i))
         .collect();
-    let free: Vec<usize> = (0..lamps.len())
-        .filter(|i| displaced.contains(i) || !seen.contains(i) || duplicates.contains(i))
-        .collect();
+    let free: Vec<usize> =
+        (0..lamps.len()).filter(|i| displaced.contains(i) || !seen.contains(i) || duplicates.contains(i)).collect();
     let (mut moved, mut lost) = (vec![], vec![]);
     for &lamp in &displaced {
         let near = free.iter().copied().filter(|&p| p != lamp && off(lamp, p) <= tolerance);
@@ -141,8 +136,7 @@ impl Alignment {
         let stride = (n * n.saturating_sub(1) / PAIRS).max(1);
         for (i, j) in pairs.step_by(stride) {
             let (i, j) = (seen[i], seen[j]);
-            let frames =
-                (frame(lamps[i].direction, lamps[j].direction), frame(layout[i], layout[j]));
+            let frames = (frame(lamps[i].direction, lamps[j].direction), frame(layout[i], layout[j]));
             if let (Some(measured), Some(planned)) = frames {
                 let rotation = Quat::from_mat3(&(measured * planned.transpose())).normalize();
                 let score = judge(rotation);
@@ -153,8 +147,7 @@ impl Alignment {
         }
         let rotation = refine(lamps, layout, seen, tolerance, best.0);
         let refined = judge(rotation);
-        let (rotation, (_, matches)) =
-            if refined.0 < best.1.0 { best } else { (rotation, refined) };
+        let (rotation, (_, matches)) = if refined.0 < best.1.0 { best } else { (rotation, refined) };
         Self { rotation, matches }
     }
 }
@@ -169,13 +162,7 @@ fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
 }
 
 /// Least-squares rotation for the lamps near their places, by Gauss–Newton steps.
-fn refine(
-    lamps: &[Lamp],
-    layout: &[Vec3],
-    seen: &[usize],
-    tolerance: f32,
-    mut rotation: Quat,
-) -> Quat {
+fn refine(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32, mut rotation: Quat) -> Quat {
     for _ in 0..10 {
         let (mut torque, mut inertia) = (Vec3::ZERO, Mat3::ZERO);
         for &i in seen {
@@ -206,18 +193,13 @@ impl LayoutComparison {
         let name = |i: usize| rig.lamps[i].name.as_str();
         let chain = |moved: &[(usize, usize)]| {
             let links = moved.iter().take(8);
-            let links: Vec<String> =
-                links.map(|&(a, b)| format!("{} shows {}", name(a), name(b))).collect();
+            let links: Vec<String> = links.map(|&(a, b)| format!("{} shows {}", name(a), name(b))).collect();
             let more = moved.len().saturating_sub(8);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             format!("{}{more}", links.join(", "))
         };
         let whole = |sentence: String| {
-            vec![Finding {
-                fault: Fault::WrongLayout,
-                lamps: (0..rig.lamps.len()).collect(),
-                sentence,
-            }]
+            vec![Finding { fault: Fault::WrongLayout, lamps: (0..rig.lamps.len()).collect(), sentence }]
         };
         match &self.outcome {
             Outcome::Nothing => vec![],

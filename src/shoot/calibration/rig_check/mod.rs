@@ -105,15 +105,10 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
 ///
 /// # Errors
 /// When a picture cannot be read.
-pub(super) fn check_project(
-    project: &Project,
-    rig: &Rig,
-    blind_half_angle_deg: f32,
-) -> Result<Vec<(Fault, String)>> {
+pub(super) fn check_project(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Result<Vec<(Fault, String)>> {
     let layout = &project.settings.shoot.lamp_layout;
     let findings = check(rig, blind_half_angle_deg, layout);
-    let mut found: Vec<(Fault, String)> =
-        findings.into_iter().map(|f| (f.fault, f.sentence)).collect();
+    let mut found: Vec<(Fault, String)> = findings.into_iter().map(|f| (f.fault, f.sentence)).collect();
     // The first is the interview's ball.
     let balls = project.probe_pictures();
     for same in same_pictures(balls.get(1..).unwrap_or_default())? {
@@ -151,9 +146,7 @@ pub(super) fn check_project(
 /// # Errors
 /// When a file cannot be read.
 pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
-    let refuse = |path: &Path, e: std::io::Error| {
-        Error::io("read", path, e, "Check that the shoot is complete")
-    };
+    let refuse = |path: &Path, e: std::io::Error| Error::io("read", path, e, "Check that the shoot is complete");
     // Few files have the same length, so few are read.
     let mut by_length = BTreeMap::<u64, Vec<usize>>::new();
     let mut by_frame = BTreeMap::<&Picture, Vec<usize>>::new();
@@ -175,9 +168,7 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
         let mut by_content = BTreeMap::<Vec<u8>, Vec<usize>>::new();
         for i in candidates {
             let (path, mut bytes) = (pictures[i].file(), Vec::new());
-            files::open(path)
-                .and_then(|mut file| file.read_to_end(&mut bytes))
-                .map_err(|e| refuse(path, e))?;
+            files::open(path).and_then(|mut file| file.read_to_end(&mut bytes)).map_err(|e| refuse(path, e))?;
             by_content.entry(bytes).or_default().push(i);
         }
         groups.extend(by_content.into_values());
@@ -191,8 +182,7 @@ pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
 fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
     // Neighbours on a dense dome may be closer than duplicates on a sparse one.
     let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
-    let angle =
-        |i: usize, j: usize| lamps[i].direction.angle_between(lamps[j].direction).to_degrees();
+    let angle = |i: usize, j: usize| lamps[i].direction.angle_between(lamps[j].direction).to_degrees();
     let nearest = usable.iter().map(|&i| {
         let others = usable.iter().filter(|&&j| j != i);
         others.map(|&j| angle(i, j)).fold(180.0, f32::min)
@@ -202,8 +192,7 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
     let limit = SAME_DEG.min(if spacing > 0.0 { 0.25 * spacing } else { SAME_DEG });
     let same = |i: usize, j: usize| {
         let energy = lamps[i].energy.iter().zip(lamps[j].energy);
-        angle(i, j) < limit
-            && energy.into_iter().all(|(a, b)| (a - b).abs() < SAME_ENERGY * a.max(b))
+        angle(i, j) < limit && energy.into_iter().all(|(a, b)| (a - b).abs() < SAME_ENERGY * a.max(b))
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &lamp in &usable {

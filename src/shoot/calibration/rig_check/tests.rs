@@ -195,10 +195,7 @@ fn a_lamp_behind_the_ball_is_told_from_one_that_is_out() {
     let beside = Vec3::new(0.0, 14f32.to_radians().sin(), -14f32.to_radians().cos());
     (layout[6], rig.lamps[6].direction) = (beside, beside);
     assert_eq!(faults(&check(&rig, CONE_DEG, &layout)), [(Fault::BehindBall, vec![5, 6])]);
-    assert_eq!(
-        faults(&check(&rig, CONE_DEG, &[])),
-        [(Fault::NotSeen, vec![5]), (Fault::BehindBall, vec![6])]
-    );
+    assert_eq!(faults(&check(&rig, CONE_DEG, &[])), [(Fault::NotSeen, vec![5]), (Fault::BehindBall, vec![6])]);
 }
 
 #[test]
@@ -206,10 +203,7 @@ fn a_dark_lamp_and_a_clipped_one_are_named() {
     let (layout, mut rig) = forty_one();
     rig.lamps[3].energy = rig.lamps[3].energy.map(|e| 0.005 * e);
     rig.lamps[4].clipped = 0.4;
-    assert_eq!(
-        faults(&check(&rig, CONE_DEG, &layout)),
-        [(Fault::Dark, vec![3]), (Fault::Clipped, vec![4])]
-    );
+    assert_eq!(faults(&check(&rig, CONE_DEG, &layout)), [(Fault::Dark, vec![3]), (Fault::Clipped, vec![4])]);
 }
 
 #[test]
@@ -280,9 +274,7 @@ fn the_shared_shoot_has_a_proper_rig() {
     use super::super::{code_values::ResponseTable, probe::Probes, tests::shared_shoot};
     use base::progress::Progress;
     use imaging::DualGamma;
-    let Some((project, _home, truth, layout)) = shared_shoot("probes") else {
-        return;
-    };
+    let Some((project, _home, truth, layout)) = shared_shoot("probes") else { return };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();
     let gamma = |name: &str| truth[name].as_f64().unwrap() as f32;
     let table = ResponseTable::new(&DualGamma { gamma1: gamma("g1"), gamma2: gamma("g2") });

@@ -63,28 +63,18 @@ const TOLD: f64 = 3.0;
 ///
 /// # Errors
 /// As [`super::probe::Probes::load`].
-fn lamps(
-    project: &Project,
-    second: &SecondBall,
-    table: &ResponseTable,
-    progress: &Progress,
-) -> Result<Vec<Lamp>> {
+fn lamps(project: &Project, second: &SecondBall, table: &ResponseTable, progress: &Progress) -> Result<Vec<Lamp>> {
     let shoot = &project.settings.shoot;
     let pictures = pictures(project, second);
-    let first = pictures.first().ok_or_else(|| {
-        Error::missing("the second mirror ball has no photographs", "Import the shoot again")
-    })?;
+    let first = pictures
+        .first()
+        .ok_or_else(|| Error::missing("the second mirror ball has no photographs", "Import the shoot again"))?;
     let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
     let scale = super::probe::scale(&pictures, &ball)?;
     // A disagreement of the two balls is reported separately.
-    let (footprints, _) = footprints(
-        &pictures,
-        (first, size),
-        (&ball, silhouette::Circle::from_ball(&second.ball)),
-        scale,
-        progress,
-    )?;
+    let (footprints, _) =
+        footprints(&pictures, (first, size), (&ball, silhouette::Circle::from_ball(&second.ball)), scale, progress)?;
     let rig = measure(&footprints, (&ball, scale), shoot.all_lamps(), table).0;
     Ok(rig.lamps)
 }
@@ -128,16 +118,10 @@ fn pictures(project: &Project, second: &SecondBall) -> Vec<Picture> {
 /// Merges the second ball's lamps into the first's, in place. Directions and confidences combine both; energies
 /// stay the first ball's, except for lamps that it does not show. `positions_m` are the balls' positions and
 /// `camera_distance_m` the distance from camera to subject.
-fn join(
-    rig: &mut Rig,
-    second: &[Lamp],
-    positions_m: Option<[Vec3; 2]>,
-    camera_distance_m: f32,
-) -> TwoBalls {
+fn join(rig: &mut Rig, second: &[Lamp], positions_m: Option<[Vec3; 2]>, camera_distance_m: f32) -> TwoBalls {
     let geometry = positions_m.map(|positions| Geometry::new(positions, camera_distance_m));
-    let pairs: Vec<Option<Pair>> = (rig.lamps.iter().zip(second))
-        .map(|(first, second)| Pair::new(first, second, geometry.as_ref()))
-        .collect();
+    let pairs: Vec<Option<Pair>> =
+        (rig.lamps.iter().zip(second)).map(|(first, second)| Pair::new(first, second, geometry.as_ref())).collect();
     let mut apart: Vec<f32> = pairs.iter().flatten().map(|pair| pair.apart_deg).collect();
     apart.sort_by(f32::total_cmp);
     let brighter = [0, 1, 2].map(|c| {
@@ -188,12 +172,7 @@ fn join(
             });
         }
     }
-    TwoBalls {
-        lamps: apart.len(),
-        median_deg,
-        worst_deg: apart.last().copied().unwrap_or(0.0),
-        near,
-    }
+    TwoBalls { lamps: apart.len(), median_deg, worst_deg: apart.last().copied().unwrap_or(0.0), near }
 }
 
 /// Positions of the balls, and rotations of their cameras' axes.
@@ -209,9 +188,7 @@ impl Geometry {
         let camera = f64::from(camera_distance_m) * DVec3::Z;
         Self {
             positions,
-            turns: positions.map(|ball| {
-                DQuat::from_rotation_arc(DVec3::Z, (camera - ball).normalize_or(DVec3::Z))
-            }),
+            turns: positions.map(|ball| DQuat::from_rotation_arc(DVec3::Z, (camera - ball).normalize_or(DVec3::Z))),
         }
     }
 
@@ -250,12 +227,8 @@ impl Pair {
             apart_deg: directions[0].angle_between(directions[1]).to_degrees() as f32,
             meeting: None,
         };
-        let Some(geometry) = geometry else {
-            return Some(plain);
-        };
-        let Some(position) = meeting(geometry.positions, directions) else {
-            return Some(plain);
-        };
+        let Some(geometry) = geometry else { return Some(plain) };
+        let Some(position) = meeting(geometry.positions, directions) else { return Some(plain) };
         let to = geometry.positions.map(|ball| (position - ball).normalize());
         let missed = (to[0].angle_between(directions[0])).max(to[1].angle_between(directions[1]));
         Some(Self {
@@ -282,8 +255,7 @@ impl Pair {
 fn meeting(from: [DVec3; 2], along: [DVec3; 2]) -> Option<DVec3> {
     let (mut square, mut target) = (DMat3::ZERO, DVec3::ZERO);
     for (from, along) in from.into_iter().zip(along) {
-        let across =
-            DMat3::IDENTITY - DMat3::from_cols(along * along.x, along * along.y, along * along.z);
+        let across = DMat3::IDENTITY - DMat3::from_cols(along * along.x, along * along.y, along * along.z);
         square += across;
         target += across * from;
     }
@@ -300,9 +272,7 @@ fn meeting(from: [DVec3; 2], along: [DVec3; 2]) -> Option<DVec3> {
 /// # Errors
 /// When they show no ball, or show both balls and the manifest does not say which is the second.
 pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progress) -> Result<()> {
-    let Some(second) = project.settings.shoot.second_ball.clone() else {
-        return Ok(());
-    };
+    let Some(second) = project.settings.shoot.second_ball.clone() else { return Ok(()) };
     let shared = second.folder.as_path() == std::path::Path::new("probes");
     if second.ball.has_circle() && (!again || shared) {
         return Ok(());

@@ -53,10 +53,8 @@ fn far_lamps_have_a_direction_and_no_distance() {
 fn balls_that_disagree_are_not_trusted_and_one_that_sees_is_enough() {
     let up = Vec3::new(0.0, 0.6, 0.8);
     let turned = |degrees: f32| glam::Quat::from_rotation_y(degrees.to_radians()) * up;
-    let mut rig =
-        Rig { lamps: vec![lamp(up, 0.9), lamp(up, 0.9), lamp(Vec3::Z, 0.0), lamp(up, 0.6)] };
-    let second =
-        [lamp(turned(10.0), 0.95), lamp(turned(1.0), 0.9), lamp(up, 0.8), lamp(Vec3::Z, 0.0)];
+    let mut rig = Rig { lamps: vec![lamp(up, 0.9), lamp(up, 0.9), lamp(Vec3::Z, 0.0), lamp(up, 0.6)] };
+    let second = [lamp(turned(10.0), 0.95), lamp(turned(1.0), 0.9), lamp(up, 0.8), lamp(Vec3::Z, 0.0)];
     let two = join(&mut rig, &second, None, 4.0);
     let [apart, together, second_only, first_only] = &rig.lamps[..] else {
         panic!("four lamps");
@@ -71,9 +69,7 @@ fn balls_that_disagree_are_not_trusted_and_one_that_sees_is_enough() {
 
 #[test]
 fn two_real_balls_together_are_nearer_to_what_was_published() {
-    let Some([first, second]) = real_balls() else {
-        return;
-    };
+    let Some([first, second]) = real_balls() else { return };
     let mut rig = Rig { lamps: first.0 };
     let two = join(&mut rig, &second.0, None, 1e5);
     println!("{}", two.sentence());
@@ -94,11 +90,7 @@ fn two_real_balls_together_are_nearer_to_what_was_published() {
 fn two_equal_balls(folder: &std::path::Path) -> Project {
     let response = imaging::DualGamma::new(2.2, 2.2).unwrap();
     let mut project = crate::tests::small_shoot(folder, &response);
-    let second = SecondBall {
-        folder: "probes_2".into(),
-        ball: project.settings.shoot.ball,
-        positions_m: None,
-    };
+    let second = SecondBall { folder: "probes_2".into(), ball: project.settings.shoot.ball, positions_m: None };
     std::fs::create_dir(project.shoot_path("probes_2")).unwrap();
     for lamp in 0..project.settings.shoot.lamps.len() {
         let copy = project.second_probe_picture(&second, lamp);
@@ -133,8 +125,5 @@ fn a_second_ball_that_is_too_small_is_refused() {
     }
     let refusal = crate::keep_lamps(&mut project, 4, &Progress::silent()).unwrap_err();
     let sentence = refusal.to_string();
-    assert!(
-        sentence.contains("probes_2") && sentence.contains("radius of 10 pixels"),
-        "{sentence}"
-    );
+    assert!(sentence.contains("probes_2") && sentence.contains("radius of 10 pixels"), "{sentence}");
 }

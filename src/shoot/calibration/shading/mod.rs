@@ -34,10 +34,7 @@ pub struct Shading {
 pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     let pixels: Vec<Pixel> = normals(ball, photograph.size())?
         .into_iter()
-        .map(|(index, normal)| Pixel {
-            normal,
-            light: f64::from(luminance(photograph.pixels[index])),
-        })
+        .map(|(index, normal)| Pixel { normal, light: f64::from(luminance(photograph.pixels[index])) })
         .filter(|pixel| pixel.light.is_finite())
         .collect();
     let dark = || {
@@ -52,18 +49,14 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     let mut used = Vec::new();
     for round in 0..ROUNDS {
         let direction = fit.lamp.try_normalize().ok_or_else(dark)?;
-        let lit: Vec<&Pixel> =
-            pixels.iter().filter(|p| p.normal.dot(direction) > GRAZING).collect();
+        let lit: Vec<&Pixel> = pixels.iter().filter(|p| p.normal.dot(direction) > GRAZING).collect();
         if lit.len() < 100 {
             return Err(dark());
         }
         // The first fits are rough, so their outliers may not be outliers yet.
         let scale = if round < 3 { f64::INFINITY } else { fit.scale(&lit) };
-        used = lit
-            .into_iter()
-            .map(|p| (p, tukey(fit.residual(p) / scale)))
-            .filter(|(_, weight)| *weight > 0.0)
-            .collect();
+        used =
+            lit.into_iter().map(|p| (p, tukey(fit.residual(p) / scale))).filter(|(_, weight)| *weight > 0.0).collect();
         fit = Fit::from_pixels(&used).ok_or_else(dark)?;
     }
     let strength = fit.lamp.length();
@@ -108,12 +101,7 @@ impl Fit {
         for (pixel, weight) in pixels {
             let row = pixel.normal.extend(1.0);
             let weighted = *weight * row;
-            square += DMat4::from_cols(
-                weighted * row.x,
-                weighted * row.y,
-                weighted * row.z,
-                weighted * row.w,
-            );
+            square += DMat4::from_cols(weighted * row.x, weighted * row.y, weighted * row.z, weighted * row.w);
             target += weighted * pixel.light;
         }
         let sum: f64 = pixels.iter().map(|(_, weight)| weight).sum();

@@ -6,8 +6,7 @@ use imaging::{DualGamma, Encoded, file};
 use proptest::prelude::*;
 use std::path::Path;
 
-const BALL: Ball =
-    Ball { center_px: [40.5, 39.0], radius_px: 36.0, radius_m: 0.05, camera_distance_m: 1.5 };
+const BALL: Ball = Ball { center_px: [40.5, 39.0], radius_px: 36.0, radius_m: 0.05, camera_distance_m: 1.5 };
 
 /// A matt ball under one lamp by ray–sphere intersection, independent of the code under test. `shine` adds a
 /// highlight.
@@ -106,13 +105,10 @@ fn far_ball(photographs: &Path, what: &str) -> Ball {
 
 #[test]
 fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
-    let Some(photographs) = test_support::shared("data/mirror_ball/images") else {
-        return;
-    };
+    let Some(photographs) = test_support::shared("data/mirror_ball/images") else { return };
     let [chrome, grey] = ["chrome", "gray"].map(|what| far_ball(&photographs, what));
-    let read = |what: &str, lamp: usize| {
-        file::read_encoded(&photographs.join(format!("{what}/{what}.{lamp}.png"))).unwrap()
-    };
+    let read =
+        |what: &str, lamp: usize| file::read_encoded(&photographs.join(format!("{what}/{what}.{lamp}.png"))).unwrap();
     let geometry = MirrorBall::new(&chrome, None, read("chrome", 0).0.size()).unwrap();
     let table = ResponseTable::new(&DualGamma { gamma1: 2.2, gamma2: 2.2 });
     let mirrored: Vec<Vec3> = (0..12)

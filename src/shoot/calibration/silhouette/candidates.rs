@@ -92,10 +92,7 @@ fn measured(
     from: DVec2,
 ) -> Option<Ranked> {
     let scale = (1 << *levels.end()) as f64;
-    let moved = |circle: &Circle, by: DVec2| Circle {
-        center_px: (circle.center() + by).to_array(),
-        ..*circle
-    };
+    let moved = |circle: &Circle, by: DVec2| Circle { center_px: (circle.center() + by).to_array(), ..*circle };
     let rim = rim::fit(pyramid, &moved(circle, from).scaled(scale), levels)?;
     let rank = rank(&rim, edges, &moved(&rim.circle.scaled(1.0 / scale), -from));
     Some((rim, rank))
@@ -122,9 +119,8 @@ fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
     /// Edges per pixel: a few windows' worth in a ball of 30 pixels.
     const BUSY: f64 = 0.03;
     let within = 0.85 * circle.radius_px;
-    let clear = (edges.list.iter())
-        .filter(|e| e.weight > 0.5 && e.place.as_dvec2().distance(circle.center()) < within)
-        .count();
+    let clear =
+        (edges.list.iter()).filter(|e| e.weight > 0.5 && e.place.as_dvec2().distance(circle.center()) < within).count();
     let density = clear as f64 / (std::f64::consts::PI * within * within);
     let clarity = rim.contrast.powi(2) / (rim.contrast.powi(2) + FAINT.powi(2));
     rim.evidence() * clarity * (1.0 + (density / BUSY).min(1.0))

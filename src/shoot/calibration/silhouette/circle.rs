@@ -72,9 +72,7 @@ impl Circle {
         let points: Vec<DVec2> = points.iter().map(|&p| DVec2::from(p)).collect();
         let longest = points.iter().map(|p| p.distance(points[0])).fold(0.0, f64::max);
         algebraic(&points)
-            .and_then(|start| {
-                (0..20).try_fold(start, |circle, _| circle.improved(&points, |_| 1.0))
-            })
+            .and_then(|start| (0..20).try_fold(start, |circle, _| circle.improved(&points, |_| 1.0)))
             .filter(|circle| circle.radius_px < FLATTEST * longest)
             .ok_or_else(|| {
                 Error::invalid(
@@ -117,10 +115,8 @@ impl Circle {
             return None;
         }
         let step = normal.inverse() * right;
-        let improved = Self {
-            center_px: (self.center() + step.truncate()).to_array(),
-            radius_px: self.radius_px + step.z,
-        };
+        let improved =
+            Self { center_px: (self.center() + step.truncate()).to_array(), radius_px: self.radius_px + step.z };
         (improved.radius_px > 0.0 && improved.radius_px.is_finite()).then_some(improved)
     }
 
@@ -148,11 +144,7 @@ impl Circle {
             // 1.4826 converts the median deviation to a normal distribution's standard deviation. A rim cannot be
             // measured to better than a twentieth of a pixel.
             deviation = (1.4826 * median).max(0.05);
-            cut = if round < 12 {
-                cut.min(CROWD * deviation)
-            } else {
-                reach.min(EFFICIENT * deviation)
-            };
+            cut = if round < 12 { cut.min(CROWD * deviation) } else { reach.min(EFFICIENT * deviation) };
         }
         Some((circle, deviation))
     }
@@ -191,11 +183,7 @@ fn algebraic(points: &[DVec2]) -> Option<Circle> {
     }
     let found = normal.inverse() * right;
     let center = found.truncate();
-    Circle::new(
-        (mean + scale * center).to_array(),
-        scale * (found.z + center.length_squared()).sqrt(),
-    )
-    .ok()
+    Circle::new((mean + scale * center).to_array(), scale * (found.z + center.length_squared()).sqrt()).ok()
 }
 
 impl FromStr for Circle {
@@ -219,10 +207,7 @@ mod tests {
 
     fn assert_near(found: Circle, center: [f64; 2], radius: f64, bound: f64) {
         let off = DVec2::from(found.center_px).distance(DVec2::from(center));
-        assert!(
-            off < bound && (found.radius_px - radius).abs() < bound,
-            "{found:?} is not {center:?}, {radius}"
-        );
+        assert!(off < bound && (found.radius_px - radius).abs() < bound, "{found:?} is not {center:?}, {radius}");
     }
 
     proptest! {

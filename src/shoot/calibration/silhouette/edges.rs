@@ -76,11 +76,7 @@ impl Edges {
                 // Peak of the parabola through the three.
                 let shift = 0.5 * (before - after) / (before - 2.0 * steepness + after);
                 let weight = steepness.powi(2) / (steepness.powi(2) + reference);
-                Some(Edge {
-                    place: place + Vec2::splat(0.5) + shift.clamp(-0.5, 0.5) * across,
-                    across,
-                    weight,
-                })
+                Some(Edge { place: place + Vec2::splat(0.5) + shift.clamp(-0.5, 0.5) * across, across, weight })
             })
             .collect();
         let mut at = vec![u32::MAX; width * height];
@@ -114,9 +110,8 @@ fn blurred(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
                 (0..width).map(move |x| {
                     let mut sum = [0.0; 3];
                     for (step, weight) in [(-2, 1.0), (-1, 4.0), (0, 6.0), (1, 4.0), (2, 1.0)] {
-                        let at = |i: usize, d: isize, n: usize| {
-                            (i as isize + step * d).clamp(0, n as isize - 1) as usize
-                        };
+                        let at =
+                            |i: usize, d: isize, n: usize| (i as isize + step * d).clamp(0, n as isize - 1) as usize;
                         let pixel = source.at(at(x, dx, width), at(y, dy, height));
                         (sum.iter_mut().zip(pixel)).for_each(|(s, p)| *s += weight / 16.0 * p);
                     }
@@ -134,8 +129,7 @@ fn blurred(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
 fn slope(picture: &Raster<[f32; 3]>, x: usize, y: usize) -> (f32, Vec2) {
     let (left, right) = (x.saturating_sub(1), (x + 1).min(picture.width - 1));
     let (above, below) = (y.saturating_sub(1), (y + 1).min(picture.height - 1));
-    let [l, r, a, b] =
-        [picture.at(left, y), picture.at(right, y), picture.at(x, above), picture.at(x, below)];
+    let [l, r, a, b] = [picture.at(left, y), picture.at(right, y), picture.at(x, above), picture.at(x, below)];
     let (mut xx, mut xy, mut yy) = (0.0f32, 0.0f32, 0.0f32);
     for c in 0..3 {
         let (gx, gy) = (0.5 * (r[c] - l[c]), 0.5 * (b[c] - a[c]));

@@ -213,8 +213,7 @@ fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
 /// Best valid ball among `rims` (best first). If it lies inside larger concentric rings, such as reflections around
 /// the camera's axis, the outermost.
 fn outermost<'a>(rims: &'a [Rim], photographs: &Photographs) -> Option<&'a Rim> {
-    let mut balls = (rims.iter())
-        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= MIN_RADIUS_PX);
+    let mut balls = (rims.iter()).filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= MIN_RADIUS_PX);
     let mut best = balls.next()?;
     for rim in balls {
         let (inner, outer) = (&best.circle, &rim.circle);

@@ -40,11 +40,7 @@ impl Photographs {
                 "Use the mirror ball's photographs at their full size",
             ));
         }
-        Ok(Self {
-            average: picture.0.map(|pixel| pixel.map(unit)),
-            count: 1,
-            first: name.to_string(),
-        })
+        Ok(Self { average: picture.0.map(|pixel| pixel.map(unit)), count: 1, first: name.to_string() })
     }
 
     /// Adds a photograph by the same camera.
@@ -56,13 +52,11 @@ impl Photographs {
         same_size((name, picture.0.size()), first)?;
         self.count += 1;
         let share = 1.0 / self.count as f32;
-        self.average.pixels.par_iter_mut().with_min_len(1 << 14).zip(&picture.0.pixels).for_each(
-            |(mean, pixel)| {
-                for (mean, value) in mean.iter_mut().zip(pixel) {
-                    *mean += share * (unit(*value) - *mean);
-                }
-            },
-        );
+        self.average.pixels.par_iter_mut().with_min_len(1 << 14).zip(&picture.0.pixels).for_each(|(mean, pixel)| {
+            for (mean, value) in mean.iter_mut().zip(pixel) {
+                *mean += share * (unit(*value) - *mean);
+            }
+        });
         Ok(())
     }
 
@@ -121,17 +115,11 @@ impl Photographs {
         let (found, remedy) = if brightest < BLACK {
             ("black everywhere", "Photograph the ball with more light or a longer exposure")
         } else if darkest >= CLIPPED {
-            (
-                "clipped to white everywhere",
-                "Photograph the ball with a denser filter or a shorter exposure",
-            )
+            ("clipped to white everywhere", "Photograph the ball with a denser filter or a shorter exposure")
         } else {
             return Ok(());
         };
-        Err(Error::invalid(
-            format!("{}: no mirror ball visible; the picture is {found}", self.place()),
-            remedy,
-        ))
+        Err(Error::invalid(format!("{}: no mirror ball visible; the picture is {found}", self.place()), remedy))
     }
 }
 

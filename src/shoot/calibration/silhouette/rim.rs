@@ -68,20 +68,14 @@ struct Crossing {
 /// Fits the circle to the rim near `rough` (both in pixels of the full size): from the smallest of the pictures
 /// `levels` of the `pyramid` (full size first, each half of the one before) to the largest in which the rim still
 /// stands out from the noise. `None` without a rim.
-pub(super) fn fit(
-    pyramid: &[Raster<[f32; 3]>],
-    rough: &Circle,
-    levels: RangeInclusive<usize>,
-) -> Option<Rim> {
+pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, levels: RangeInclusive<usize>) -> Option<Rim> {
     let mut best: Option<Rim> = None;
     let mut circle = *rough;
     let mut band = f64::INFINITY;
     for level in levels.rev() {
         let scale = (1 << level) as f64;
         let local = circle.scaled(1.0 / scale);
-        let Some(rim) = fit_at(&pyramid[level], &local, band) else {
-            break;
-        };
+        let Some(rim) = fit_at(&pyramid[level], &local, band) else { break };
         // Noise or soft focus hides the rim at this size; the coarser one was better.
         if best.is_some_and(|before| rim.share < 0.75 * before.share) {
             break;
@@ -90,12 +84,7 @@ pub(super) fn fit(
         circle = rim.circle.scaled(scale);
         // Sharp edges are twice as wide in the next picture, plus a margin.
         band = 3.0 * rim.tolerance;
-        best = Some(Rim {
-            circle,
-            residual: scale * rim.residual,
-            tolerance: scale * rim.tolerance,
-            ..rim
-        });
+        best = Some(Rim { circle, residual: scale * rim.residual, tolerance: scale * rim.tolerance, ..rim });
         if is_hopeless {
             break;
         }
@@ -117,8 +106,7 @@ fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> 
 /// First within a wide tolerance, `band` at most, then within one as narrow as the rim is sharp.
 fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool) -> Option<Rim> {
     let mut circle = *rough;
-    let mut tolerance =
-        (2.0 * widest_tolerance(&circle)).min(0.3 * circle.radius_px / REACH).min(band);
+    let mut tolerance = (2.0 * widest_tolerance(&circle)).min(0.3 * circle.radius_px / REACH).min(band);
     for _ in 0..5 {
         let rays = crossings(picture, &circle, REACH * tolerance);
         let places: Vec<DVec2> = (rays.iter())
@@ -146,10 +134,8 @@ pub(super) fn widest_tolerance(circle: &Circle) -> f64 {
 /// Measures the rim in the picture at a circle.
 pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f64) -> Rim {
     let rays = crossings(picture, circle, REACH * tolerance);
-    let on_rim: Vec<&Crossing> = (rays.iter())
-        .filter_map(|ray| ray.last())
-        .filter(|c| circle.distance(c.place).abs() <= tolerance)
-        .collect();
+    let on_rim: Vec<&Crossing> =
+        (rays.iter()).filter_map(|ray| ray.last()).filter(|c| circle.distance(c.place).abs() <= tolerance).collect();
     let raw = on_rim.len() as f64 / (rays.len() as f64).max(1.0);
     let framed = rays.len() as f64 / ray_count(circle) as f64;
     let squares: f64 = on_rim.iter().map(|c| circle.distance(c.place).powi(2)).sum();
@@ -191,13 +177,7 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
 }
 
 /// Edges on ray `index` that can be the rim, from the inside out.
-fn edges_on_ray(
-    picture: &Raster<[f32; 3]>,
-    circle: &Circle,
-    reach: f64,
-    index: usize,
-    rays: usize,
-) -> Vec<Crossing> {
+fn edges_on_ray(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64, index: usize, rays: usize) -> Vec<Crossing> {
     // A ray is as wide as its part of the circumference, plus a pixel. Its samples are means along the circle,
     // which lifts faint rims above the noise.
     let spacing = TAU / rays as f64;
@@ -286,8 +266,7 @@ fn steepness(profile: &[[f64; 3]]) -> Vec<f64> {
             let mut slope = [0.0; 3];
             for step in -reach..=reach {
                 let t = step as f64 / SAMPLES;
-                let weight =
-                    t * (-0.5 * (t / BLUR).powi(2)).exp() / (TAU.sqrt() * BLUR.powi(3) * SAMPLES);
+                let weight = t * (-0.5 * (t / BLUR).powi(2)).exp() / (TAU.sqrt() * BLUR.powi(3) * SAMPLES);
                 let value = profile[(k + step).clamp(0, last) as usize];
                 (slope.iter_mut().zip(value)).for_each(|(s, v)| *s += weight * v);
             }

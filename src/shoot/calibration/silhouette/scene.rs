@@ -37,9 +37,7 @@ pub struct Scene {
 
 /// Deterministic random number in [0, 1) (splitmix64).
 pub fn random(seed: u64, index: u64) -> f64 {
-    let mut z = seed
-        .wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-        .wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = seed.wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15)).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
@@ -82,12 +80,7 @@ impl Scene {
     fn add_glare(&self, picture: &mut Raster<DVec3>) {
         let bright: Vec<(DVec2, DVec3)> = (0..picture.pixels.len())
             .filter(|&i| picture.pixels[i].max_element() > 4.0)
-            .map(|i| {
-                (
-                    DVec2::new((i % picture.width) as f64, (i / picture.width) as f64),
-                    picture.pixels[i],
-                )
-            })
+            .map(|i| (DVec2::new((i % picture.width) as f64, (i / picture.width) as f64), picture.pixels[i]))
             .collect();
         let step = bright.len().div_ceil(24).max(1);
         let width = picture.width;
@@ -160,12 +153,9 @@ impl Scene {
         for panel in 0..7u64 {
             let p = |k: u64| random(self.seed, 600 + 10 * panel + k);
             let turn = (azimuth - std::f64::consts::TAU * p(0)).sin().abs();
-            if turn < 0.1 + 0.2 * p(1)
-                && (height - 1.4 * (p(2) - 0.5)).abs() < 0.1 + 0.2 * p(3)
-                && azimuth.cos() > -0.8
+            if turn < 0.1 + 0.2 * p(1) && (height - 1.4 * (p(2) - 0.5)).abs() < 0.1 + 0.2 * p(3) && azimuth.cos() > -0.8
             {
-                light = DVec3::splat(self.ambient)
-                    + DVec3::new(p(4), p(5), p(6)) * if panel < 2 { 3.0 } else { 0.6 };
+                light = DVec3::splat(self.ambient) + DVec3::new(p(4), p(5), p(6)) * if panel < 2 { 3.0 } else { 0.6 };
             }
         }
         light

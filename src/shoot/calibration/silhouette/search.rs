@@ -35,19 +35,13 @@ const CHANCE: f64 = 0.125;
 
 /// Circles with radii within `radii` pixels that stand out, best first. `near` limits them to the surroundings of a
 /// circle: the second value is the allowed offset of centres, relative to its radius.
-pub(super) fn circles(
-    edges: &Edges,
-    radii: Range<f32>,
-    near: Option<(Circle, f64)>,
-) -> Vec<Circle> {
+pub(super) fn circles(edges: &Edges, radii: Range<f32>, near: Option<(Circle, f64)>) -> Vec<Circle> {
     let bands: Vec<Range<f32>> = std::iter::successors(Some(radii.start), |r| Some(r * BAND))
         .take_while(|&r| r < radii.end)
         .map(|r| r..(r * BAND).min(radii.end))
         .collect();
     let allowed = |center: Vec2| {
-        near.is_none_or(|(circle, share)| {
-            center.as_dvec2().distance(circle.center()) < share * circle.radius_px
-        })
+        near.is_none_or(|(circle, share)| center.as_dvec2().distance(circle.center()) < share * circle.radius_px)
     };
     let mut found: Vec<Candidate> = bands
         .into_par_iter()
@@ -116,10 +110,8 @@ fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
     order.sort_by(|&a, &b| votes[b].total_cmp(&votes[a]));
     let mut peaks: Vec<usize> = Vec::new();
     for i in order {
-        let clear = |&&j: &&usize| {
-            (i % columns).abs_diff(j % columns) <= apart
-                && (i / columns).abs_diff(j / columns) <= apart
-        };
+        let clear =
+            |&&j: &&usize| (i % columns).abs_diff(j % columns) <= apart && (i / columns).abs_diff(j / columns) <= apart;
         if peaks.iter().find(clear).is_none() {
             peaks.push(i);
             if peaks.len() == PEAKS {
@@ -157,15 +149,13 @@ fn about(edges: &Edges, center: Vec2, band: &Range<f32>) -> Vec<Candidate> {
     for edge in &edges.list {
         let offset = edge.place - center;
         let distance = offset.length();
-        if distance >= least && distance < most && offset.dot(edge.across).abs() > facing * distance
-        {
+        if distance >= least && distance < most && offset.dot(edge.across).abs() > facing * distance {
             // The number of a circle's edges grows with its radius.
             histogram[((distance - least) / step) as usize + 1] += edge.weight / distance;
         }
     }
-    let smooth: Vec<f32> = (1..histogram.len() - 1)
-        .map(|i| histogram[i - 1] + 2.0 * histogram[i] + histogram[i + 1])
-        .collect();
+    let smooth: Vec<f32> =
+        (1..histogram.len() - 1).map(|i| histogram[i - 1] + 2.0 * histogram[i] + histogram[i + 1]).collect();
     let mut peaks: Vec<usize> = (0..smooth.len())
         .filter(|&i| {
             smooth[i] > 0.0
@@ -217,14 +207,11 @@ fn along(edges: &Edges, circle: &Circle, reach: f64) -> Vec<Option<DVec2>> {
             // From the circle outwards and inwards, a pixel at a time.
             let offsets = (0..=2 * steps).map(|k| if k % 2 == 0 { -(k / 2) } else { (k + 1) / 2 });
             offsets
-                .filter_map(|k| {
-                    edges.in_pixel(circle.center() + (circle.radius_px + f64::from(k)) * towards)
-                })
+                .filter_map(|k| edges.in_pixel(circle.center() + (circle.radius_px + f64::from(k)) * towards))
                 .find(|edge| {
                     let place = edge.place.as_dvec2();
                     let radial = (place - circle.center()).normalize_or_zero();
-                    circle.distance(place).abs() <= reach
-                        && radial.dot(edge.across.as_dvec2()).abs() > AGREE_RAD.cos()
+                    circle.distance(place).abs() <= reach && radial.dot(edge.across.as_dvec2()).abs() > AGREE_RAD.cos()
                 })
                 .map(|edge| edge.place.as_dvec2())
         })
@@ -237,8 +224,7 @@ fn evidence(edges: &Edges, circle: &Circle) -> f64 {
     let places = along(edges, circle, 1.0);
     let agreeing = places.iter().flatten().count();
     let tests = 3.0 * (edges.width.max(edges.height) as f64).ln();
-    0.5 * places.len() as f64 * divergence(agreeing as f64 / places.len().max(1) as f64, CHANCE)
-        - tests
+    0.5 * places.len() as f64 * divergence(agreeing as f64 / places.len().max(1) as f64, CHANCE) - tests
 }
 
 /// Improbability per trial of a share of `share` when `chance` is expected (the Kullback–Leibler divergence of two

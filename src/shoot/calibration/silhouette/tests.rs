@@ -61,8 +61,7 @@ fn anything(seed: u64) -> Scene {
     let radius = 12.0 * (most / 12.0).powf(r(2));
     let inside = radius * if r(3) < 0.4 { 1.0 - r(4) } else { 1.02 };
     let place = |n: usize, u: f64| inside + u * (n as f64 - 2.0 * inside).max(0.0);
-    let around =
-        [Surroundings::Dark, Surroundings::Room, Surroundings::Clutter][(r(5) * 3.0) as usize];
+    let around = [Surroundings::Dark, Surroundings::Room, Surroundings::Clutter][(r(5) * 3.0) as usize];
     Scene {
         size,
         ball: Some(circle(place(size.0, r(8)), place(size.1, r(9)), radius)),
@@ -142,22 +141,14 @@ fn nearly_all_balls_in_rooms_and_clutter_are_found() {
     }
     errors.sort_by(f64::total_cmp);
     let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
-    println!(
-        "of 60: refused {refused}, mistaken {mistaken}; median {median:.3} px, nine in ten below {most:.3} px"
-    );
+    println!("of 60: refused {refused}, mistaken {mistaken}; median {median:.3} px, nine in ten below {most:.3} px");
     assert!(refused <= 6 && mistaken <= 2 && median < 0.15 && most < 0.35);
 }
 
 #[test]
 fn a_large_photograph_is_measured_at_its_full_size() {
     let ball = circle(1043.3, 788.7, 611.4);
-    let scene = Scene {
-        size: (2000, 1500),
-        ball: Some(ball),
-        around: Surroundings::Room,
-        pole: true,
-        ..BLACK_SKY
-    };
+    let scene = Scene { size: (2000, 1500), ball: Some(ball), around: Surroundings::Room, pole: true, ..BLACK_SKY };
     assert_found(&scene, 0.3);
 }
 
@@ -199,10 +190,7 @@ fn pictures_without_a_ball_are_refused() {
         let r = |k: u64| random(seed, k);
         plain(256, 200, |x, y| {
             let hit = (0..12).find(|&i| {
-                let (w, h) = (
-                    10.0 + 80.0 * r(4 * i),
-                    10.0 + 80.0 * r(if i % 3 == 0 { 4 * i } else { 4 * i + 1 }),
-                );
+                let (w, h) = (10.0 + 80.0 * r(4 * i), 10.0 + 80.0 * r(if i % 3 == 0 { 4 * i } else { 4 * i + 1 }));
                 let (dx, dy) = (x as f64 - 256.0 * r(4 * i + 2), y as f64 - 200.0 * r(4 * i + 3));
                 dx.abs() < 0.5 * w && dy.abs() < 0.5 * h
             });
@@ -214,8 +202,7 @@ fn pictures_without_a_ball_are_refused() {
         photographs(&Scene { size: [(256, 256), (480, 320)][seed as usize % 2], ..room })
     }));
     for (i, picture) in pictures.iter().enumerate() {
-        let error =
-            find(picture).map_or_else(|e| e.to_string(), |found| panic!("picture {i}: {found:?}"));
+        let error = find(picture).map_or_else(|e| e.to_string(), |found| panic!("picture {i}: {found:?}"));
         assert!(error.contains(".png: no mirror ball") && error.contains("by hand"), "{error}");
     }
 }
@@ -231,8 +218,7 @@ fn black_white_and_tiny_say_what_to_do() {
         let error = find(&picture).unwrap_err().to_string();
         assert!(error.starts_with("plain.png") && error.contains(words), "{error}");
     }
-    let tiny =
-        Scene { size: (160, 120), ball: Some(circle(70.2, 61.7, 5.0)), ambient: 0.2, ..BLACK_SKY };
+    let tiny = Scene { size: (160, 120), ball: Some(circle(70.2, 61.7, 5.0)), ambient: 0.2, ..BLACK_SKY };
     let error = find(&photographs(&tiny)).unwrap_err().to_string();
     assert!(error.contains("radius of 10 pixels") && error.contains("full size"), "{error}");
     let speck = Encoded(Raster::filled(3, 900, [0.5; 3]));
@@ -245,10 +231,7 @@ fn a_photograph_of_another_size_is_named() {
     let mut photographs = plain(64, 48, |_, _| 0.5);
     let error = photographs.add("odd.png", &Encoded(Raster::filled(48, 64, [0.5; 3])));
     let error = error.unwrap_err().to_string();
-    assert!(
-        error.contains("odd.png") && error.contains("64 × 48") && error.contains("48 × 64"),
-        "{error}"
-    );
+    assert!(error.contains("odd.png") && error.contains("64 × 48") && error.contains("48 × 64"), "{error}");
 }
 
 #[test]
@@ -297,26 +280,17 @@ fn a_circle_by_hand_is_measured_as_it_is() {
         Circle { center_px: [128.0, 128.0], radius_px: 1e12 },
         Circle { center_px: [128.0, 128.0], radius_px: 2.0 },
     ] {
-        assert!(
-            measure(&photographs, &impossible).is_err()
-                && refine(&photographs, &impossible).is_err()
-        );
+        assert!(measure(&photographs, &impossible).is_err() && refine(&photographs, &impossible).is_err());
     }
 }
 
 fn read(paths: &[PathBuf]) -> Photographs {
-    Photographs::read(
-        &paths.iter().cloned().map(Into::into).collect::<Vec<_>>(),
-        &Progress::silent(),
-    )
-    .unwrap()
+    Photographs::read(&paths.iter().cloned().map(Into::into).collect::<Vec<_>>(), &Progress::silent()).unwrap()
 }
 
 #[test]
 fn the_shared_shoots_balls_are_found() {
-    let Some(folder) = test_support::shared("data/stage") else {
-        return;
-    };
+    let Some(folder) = test_support::shared("data/stage") else { return };
     let manifest = std::fs::read_to_string(folder.join("manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let probes = &manifest["probes"];
@@ -346,9 +320,7 @@ fn the_shared_shoots_balls_are_found() {
 
 #[test]
 fn real_balls_are_found_and_other_things_are_not() {
-    let Some(folder) = test_support::shared("data/mirror_ball/images") else {
-        return;
-    };
+    let Some(folder) = test_support::shared("data/mirror_ball/images") else { return };
     for (what, is_ball) in [("chrome", true), ("gray", true), ("buddha", false), ("cat", false)] {
         let folder = folder.join(what);
         let one = |i: usize| folder.join(format!("{what}.{i}.png"));

@@ -7,15 +7,11 @@ fn a_calibration_of_other_lamps_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = small_project(folder.path());
     let calibration = small_calibration();
-    assert!(
-        Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate")
-    );
+    assert!(Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate"));
     calibration.save(&project).unwrap();
     assert_eq!(Calibration::load(&project).unwrap(), calibration);
     project.settings.shoot.lamps = vec!["other".into()];
-    assert!(
-        Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate")
-    );
+    assert!(Calibration::load(&project).unwrap_err().for_terminal().contains("afterlight calibrate"));
     project.settings.shoot.lamps = vec!["olat_00".into(), "olat_01".into()];
     assert!(Calibration::load(&project).unwrap_err().to_string().contains("2 lamps"));
 }
@@ -42,10 +38,7 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
     for broken in [
         Calibration { interview_weights: vec![[f32::NAN; 3]], ..sound.clone() },
         Calibration { exposure: f32::INFINITY, ..sound.clone() },
-        Calibration {
-            response: Response::Dual(DualGamma { gamma1: f32::NAN, gamma2: 2.0 }),
-            ..sound.clone()
-        },
+        Calibration { response: Response::Dual(DualGamma { gamma1: f32::NAN, gamma2: 2.0 }), ..sound.clone() },
     ] {
         broken.save(&project).unwrap();
         assert!(Calibration::load(&project).is_err());
@@ -55,24 +48,17 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
 #[test]
 fn a_shoot_without_poses_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let error = calibrate(
-        &mut small_project(folder.path()),
-        &CalibrateSettings::default(),
-        &Progress::silent(),
-    )
-    .unwrap_err()
-    .to_string();
+    let error = calibrate(&mut small_project(folder.path()), &CalibrateSettings::default(), &Progress::silent())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("lists no poses"), "{error}");
 }
 
 pub(super) fn small_project(root: &Path) -> Project {
     let mut project = Project::without_shoot(root);
     project.settings.size = 32;
-    project.settings.shoot = Shoot {
-        folder: PathBuf::from("shoot"),
-        lamps: vec!["olat_00".into()],
-        ..project.settings.shoot
-    };
+    project.settings.shoot =
+        Shoot { folder: PathBuf::from("shoot"), lamps: vec!["olat_00".into()], ..project.settings.shoot };
     project
 }
 
@@ -95,12 +81,6 @@ fn small_calibration() -> Calibration {
         by_list: false,
         motion: None,
         gamma_evidence: gamma::Evidence::default(),
-        rig: Rig {
-            lamps: vec![Lamp {
-                energy: [0.1; 3],
-                spread_deg: 4.0,
-                ..Lamp::new("olat_00", Vec3::Y)
-            }],
-        },
+        rig: Rig { lamps: vec![Lamp { energy: [0.1; 3], spread_deg: 4.0, ..Lamp::new("olat_00", Vec3::Y) }] },
     }
 }

@@ -12,8 +12,7 @@ fn with_and_without_balls(folder: &Path, stage: &StageSettings) -> [Project; 2] 
     let settings = ImportSettings { size: 32, seed: 1, layer: None };
     let with = footage::import(&folder.join("with"), &shoot, &settings, &silent).unwrap();
     let lamps = with.settings.shoot.lamps.iter().zip(&with.settings.shoot.lamp_layout);
-    let lines: String =
-        lamps.map(|(name, d)| format!("{name}.png {} {} {}\n", d.x, d.y, d.z)).collect();
+    let lines: String = lamps.map(|(name, d)| format!("{name}.png {} {} {}\n", d.x, d.y, d.z)).collect();
     let other = folder.join("other");
     std::fs::create_dir(&other).unwrap();
     std::fs::write(other.join("dome.lp"), lines).unwrap();
@@ -32,8 +31,7 @@ fn with_and_without_balls(folder: &Path, stage: &StageSettings) -> [Project; 2] 
 /// Relative error of the interview's light on the first pose.
 fn light_error(project: &Project, found: &Calibration, right: &Calibration) -> f32 {
     let pose = Exemplar::load(project, &right.response, 0).unwrap();
-    let [found, right] =
-        [found, right].map(|calibration| pose.relit(&calibration.interview_light()));
+    let [found, right] = [found, right].map(|calibration| pose.relit(&calibration.interview_light()));
     let (mut off, mut all) = (0.0, 0.0);
     for ((a, b), mask) in found.pixels.iter().zip(&right.pixels).zip(&pose.mask.pixels) {
         for c in 0..3 {
@@ -61,15 +59,8 @@ fn a_list_of_lamps_takes_the_place_of_mirror_balls() {
     for (seed, like_frames) in [(3, vec![]), (4, vec![2])] {
         let folder = tempfile::tempdir().unwrap();
         let has_pose = !like_frames.is_empty();
-        let stage = StageSettings {
-            frames: 8,
-            size: 96,
-            lamps: 20,
-            poses: 3,
-            seed,
-            like_frames,
-            ..StageSettings::default()
-        };
+        let stage =
+            StageSettings { frames: 8, size: 96, lamps: 20, poses: 3, seed, like_frames, ..StageSettings::default() };
         let [mut with, mut without] = with_and_without_balls(folder.path(), &stage);
         let settings = CalibrateSettings::default();
         let right = calibrate(&mut with, &settings, &silent).unwrap();
@@ -89,10 +80,7 @@ fn a_list_of_lamps_takes_the_place_of_mirror_balls() {
         let [gamma, _] = exponents(&fitted);
         let right = 0.5 * exponents(&right).iter().sum::<f32>();
         let deviation = fitted.gamma_deviation[0];
-        assert!(
-            (gamma - right).abs() < 2.5 * deviation,
-            "seed {seed}: {gamma} ± {deviation}, {right}"
-        );
+        assert!((gamma - right).abs() < 2.5 * deviation, "seed {seed}: {gamma} ± {deviation}, {right}");
         // A curve is sure only if a frame shows a pose.
         assert_eq!(deviation < 0.3, has_pose, "seed {seed}: {deviation}");
         assert_eq!(fitted.gamma_evidence.same_poses.len(), usize::from(has_pose));

@@ -21,8 +21,7 @@ fn dome() -> Vec<(Vec3, f32)> {
     (0..14)
         .map(|i| {
             let (y, turn) = (0.95 - 0.125 * i as f32, i as f32 * 2.399_963);
-            let direction =
-                Vec3::new((1.0 - y * y).sqrt() * turn.sin(), y, (1.0 - y * y).sqrt() * turn.cos());
+            let direction = Vec3::new((1.0 - y * y).sqrt() * turn.sin(), y, (1.0 - y * y).sqrt() * turn.cos());
             (direction, 0.1 + 0.05 * ((i * 5) % 7) as f32)
         })
         .collect()
@@ -31,8 +30,7 @@ fn dome() -> Vec<(Vec3, f32)> {
 /// Writes a shoot under [`dome`] of a white ball with coloured spots that rotates between poses.
 pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     const SIZE: usize = 96;
-    let ball =
-        Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
+    let ball = Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
     let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
     let lamps = dome();
     let mut project = Project::without_shoot(root);
@@ -76,8 +74,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             let mut picture = Image::filled(SIZE, SIZE, [0.0002; 3]);
             for pixel in &geometry.pixels {
                 let glow = 0.8 * ((pixel.direction.dot(*direction) - 1.0) / 0.01).exp();
-                picture.pixels[pixel.index] =
-                    [glow + 0.0002, 0.9 * glow + 0.0002, 0.7 * glow + 0.0002];
+                picture.pixels[pixel.index] = [glow + 0.0002, 0.9 * glow + 0.0002, 0.7 * glow + 0.0002];
             }
             picture
         })
@@ -92,13 +89,10 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             let n = Vec3::new(dx, dy, (1.0 - dx * dx - dy * dy).max(0.0).sqrt());
             let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
             let light = 0.25 * n.dot(direction).max(0.0) + 0.004;
-            [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots]
-                .map(|albedo| albedo * (0.2 + 0.8 * spots) * light)
+            [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots].map(|albedo| albedo * (0.2 + 0.8 * spots) * light)
         })
     };
-    let mask = Mask::from_fn(SIZE, SIZE, |x, y| {
-        f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0)
-    });
+    let mask = Mask::from_fn(SIZE, SIZE, |x, y| f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0));
     for pose in 0..4 {
         let olats: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32, *d)).collect();
         for (i, olat) in olats.iter().enumerate() {
@@ -106,8 +100,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
         }
         file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
         // The interview shows the poses, slightly rotated.
-        let frame: Vec<Image> =
-            lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
+        let frame: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
         write(project.frame_picture(pose), &sum(&frame));
         file::write_mask_png(project.frame_matte(pose).file(), &mask).unwrap();
     }
@@ -120,11 +113,7 @@ fn exponents(found: &Calibration) -> [f32; 2] {
 }
 
 fn angles_deg(rig: &Rig, truth: &[Vec3]) -> Vec<f32> {
-    rig.lamps
-        .iter()
-        .zip(truth)
-        .map(|(lamp, t)| lamp.direction.angle_between(*t).to_degrees())
-        .collect()
+    rig.lamps.iter().zip(truth).map(|(lamp, t)| lamp.direction.angle_between(*t).to_degrees()).collect()
 }
 
 #[test]
@@ -132,24 +121,16 @@ fn a_shoot_of_known_making_is_recovered() {
     for (gamma1, gamma2) in [(2.5, 1.9), (2.0, 2.3)] {
         let folder = tempfile::tempdir().unwrap();
         let mut project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
-        let found =
-            calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
+        let found = calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
         println!(
             "γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}",
             found.response, found.gamma_deviation, found.exposure
         );
-        assert!(
-            (exponents(&found)[0] - gamma1).abs() < 0.15
-                && (exponents(&found)[1] - gamma2).abs() < 0.15
-        );
+        assert!((exponents(&found)[0] - gamma1).abs() < 0.15 && (exponents(&found)[1] - gamma2).abs() < 0.15);
         let truth: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
         let angle = median(angles_deg(&found.rig, &truth));
-        let weight = median(
-            dome()
-                .iter()
-                .zip(&found.interview_weights)
-                .flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())),
-        );
+        let weight =
+            median(dome().iter().zip(&found.interview_weights).flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())));
         println!("median angle {angle:.2}°, median weight error {:.1} %", 100.0 * weight);
         assert!(angle < 1.0 && weight < 0.03);
         found.save(&project).unwrap();
@@ -255,10 +236,8 @@ fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     assert!(error.to_string().contains("interview.png"), "{error}");
     // A good circle, then an unreadable ball.
     std::fs::write(project.lamp_probe_picture(2), b"no picture").unwrap();
-    let settings = CalibrateSettings {
-        circle: Some(Circle::new([40.0, 41.0], 30.0).unwrap()),
-        ..CalibrateSettings::default()
-    };
+    let settings =
+        CalibrateSettings { circle: Some(Circle::new([40.0, 41.0], 30.0).unwrap()), ..CalibrateSettings::default() };
     let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
     assert!(error.to_string().contains("olat_02.png"), "{error}");
     assert_eq!(project, before);
@@ -274,10 +253,8 @@ fn one_picture_under_two_names_is_named() {
     }
     let settings = CalibrateSettings::default();
     let found = calibrate(&mut project, &settings, &Progress::silent()).unwrap();
-    let named = found
-        .rig_findings
-        .iter()
-        .filter(|sentence| sentence.contains("olat_03, olat_08 of pose01, pose02 are copies"));
+    let named =
+        found.rig_findings.iter().filter(|sentence| sentence.contains("olat_03, olat_08 of pose01, pose02 are copies"));
     assert_eq!(named.count(), 1, "{:?}", found.rig_findings);
 }
 
@@ -297,11 +274,8 @@ fn lamps_of_a_wrong_circle_are_not_trusted() {
     let import = footage::ImportSettings { size: 128, seed: 1, layer: None };
     let to = folder.path().join("project");
     let mut project = footage::import(&to, &shoot, &import, &Progress::silent()).unwrap();
-    let found = silhouette::find(
-        &Photographs::read(&project.probe_pictures(), &Progress::silent()).unwrap(),
-    )
-    .unwrap()
-    .circle;
+    let found =
+        silhouette::find(&Photographs::read(&project.probe_pictures(), &Progress::silent()).unwrap()).unwrap().circle;
     // Lamps measured with a circle that is off by shares of its radius, to the right and in size.
     let mut measured = |aside: f64, wider: f64| {
         let [x, y] = found.center_px;
@@ -316,19 +290,11 @@ fn lamps_of_a_wrong_circle_are_not_trusted() {
     };
     let (right, named) = measured(0.0, 0.0);
     assert_eq!(named, None);
-    let mean =
-        |lamps: &[Lamp]| lamps.iter().map(|lamp| lamp.confidence).sum::<f32>() / lamps.len() as f32;
+    let mean = |lamps: &[Lamp]| lamps.iter().map(|lamp| lamp.confidence).sum::<f32>() / lamps.len() as f32;
     assert!(mean(&right) > 0.6, "{}", mean(&right));
-    for (aside, wider) in [
-        (0.05, 0.0),
-        (0.0, -0.1),
-        (0.15, 0.1),
-        (0.3, 0.0),
-        (-0.5, 0.0),
-        (0.7, 0.2),
-        (0.0, 0.5),
-        (0.1, -0.4),
-    ] {
+    for (aside, wider) in
+        [(0.05, 0.0), (0.0, -0.1), (0.15, 0.1), (0.3, 0.0), (-0.5, 0.0), (0.7, 0.2), (0.0, 0.5), (0.1, -0.4)]
+    {
         let (lamps, named) = measured(aside, wider);
         let sentence = named.unwrap_or_else(|| panic!("{aside} {wider}: not named"));
         assert!(sentence.contains("Find the circle again"), "{sentence}");

@@ -26,9 +26,8 @@ fn write_shoot(folder: &Path, manifest: &str, balls: &[usize]) -> Option<()> {
     for (number, name) in balls.iter().zip(["probes", "probes_2"]) {
         let inside = folder.join(name);
         std::fs::create_dir_all(&inside).unwrap();
-        let pictures: Vec<Image> = (1..=12)
-            .map(|i| decoded(&photographs.join(format!("LightProbe-{number}/Image_{i:02}.JPG"))))
-            .collect();
+        let pictures: Vec<Image> =
+            (1..=12).map(|i| decoded(&photographs.join(format!("LightProbe-{number}/Image_{i:02}.JPG")))).collect();
         for (i, picture) in pictures.iter().enumerate() {
             write_png(&inside.join(format!("olat_{i:02}.png")), &encoded(picture)).unwrap();
         }

@@ -3,9 +3,7 @@
 use super::*;
 
 /// The shared shoot of a real head scan, rendered by other software; None if it is missing, and the test returns.
-pub(crate) fn shared_shoot(
-    probes: &str,
-) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
+pub(crate) fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder = test_support::shared("data/stage")?;
     let read = |name: &str| -> serde_json::Value {
         serde_json::from_str(&std::fs::read_to_string(folder.join(name)).unwrap()).unwrap()
@@ -34,8 +32,7 @@ pub(crate) fn shared_shoot(
         ..project.settings.shoot
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
-    let directions =
-        directions.iter().map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c])))).collect();
+    let directions = directions.iter().map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c])))).collect();
     if probes == "probes" {
         return Some((project, home, truth, directions));
     }
@@ -51,19 +48,14 @@ pub(crate) fn shared_shoot(
 }
 
 /// Prints angles and weights against the truth; returns their medians and γ's errors.
-fn judge(
-    found: &Calibration,
-    truth: &serde_json::Value,
-    directions: &[Vec3],
-) -> (f32, f32, [f32; 2]) {
+fn judge(found: &Calibration, truth: &serde_json::Value, directions: &[Vec3]) -> (f32, f32, [f32; 2]) {
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
     let angles = angles_deg(&found.rig, directions);
     let weights = &truth["weights_linear_interview_per_olat"];
     let errors: Vec<f32> = (found.interview_weights.iter().enumerate())
         .flat_map(|(i, w)| [0, 1, 2].map(|c| (w[c] / number(&weights[i][c]) - 1.0).abs()))
         .collect();
-    let gamma =
-        [exponents(found)[0] - number(&truth["g1"]), exponents(found)[1] - number(&truth["g2"])];
+    let gamma = [exponents(found)[0] - number(&truth["g1"]), exponents(found)[1] - number(&truth["g2"])];
     println!(
         "γ ({:.3}, {:.3}) ± {:.3?}, off by {gamma:.3?}; exposure {:.3}; residuals: quantiles {:.4}, probe {:.4}; \
          uncovered {:.4}; blind {:.3}; filled {:.4}; clipped {}",
@@ -84,24 +76,16 @@ fn judge(
         angles.iter().copied().fold(0.0, f32::max),
         100.0 * median(errors.clone()),
         100.0 * errors.iter().copied().fold(0.0, f32::max),
-        found
-            .rig
-            .lamps
-            .iter()
-            .min_by(|a, b| a.confidence.total_cmp(&b.confidence))
-            .map(|l| (&l.name, l.confidence)),
+        found.rig.lamps.iter().min_by(|a, b| a.confidence.total_cmp(&b.confidence)).map(|l| (&l.name, l.confidence)),
     );
     (median(angles), median(errors), gamma)
 }
 
 #[test]
 fn the_shared_shoot_is_calibrated() {
-    let Some((mut project, _home, truth, directions)) = shared_shoot("probes") else {
-        return;
-    };
+    let Some((mut project, _home, truth, directions)) = shared_shoot("probes") else { return };
     let start = std::time::Instant::now();
-    let found =
-        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
+    let found = calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
     println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 0.5 && weight <= 0.02 && gamma.iter().all(|g| g.abs() <= 0.1));
@@ -109,9 +93,7 @@ fn the_shared_shoot_is_calibrated() {
 
 #[test]
 fn a_changed_exposure_of_the_shared_shoot_is_found() {
-    let Some((mut project, home, truth, _)) = shared_shoot("probes") else {
-        return;
-    };
+    let Some((mut project, home, truth, _)) = shared_shoot("probes") else { return };
     let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;
     let response = DualGamma::new(gamma("g1"), gamma("g2")).unwrap();
     let shoot = home.path().join("brighter");
@@ -120,15 +102,8 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
         std::os::unix::fs::symlink(project.shoot_path(name), shoot.join(name)).unwrap();
     }
     // Every fifth frame, filmed 20 % brighter.
-    project.settings.shoot.frames = project
-        .settings
-        .shoot
-        .frames
-        .names()
-        .step_by(5)
-        .map(Into::into)
-        .collect::<Vec<String>>()
-        .into();
+    project.settings.shoot.frames =
+        project.settings.shoot.frames.names().step_by(5).map(Into::into).collect::<Vec<String>>().into();
     for (i, name) in project.settings.shoot.frames.names().enumerate() {
         let light = response.decode(&file::read_encoded(project.frame_picture(i).file()).unwrap());
         let brighter = light.map(|pixel| pixel.map(|l| 1.2 * l));
@@ -136,8 +111,7 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
         file::write_png(&path, &response.encode(&brighter)).unwrap();
     }
     project.settings.shoot.folder = "brighter".into();
-    let found =
-        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
+    let found = calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
     let off = [exponents(&found)[0] - response.gamma1, exponents(&found)[1] - response.gamma2];
     println!("off {off:.3?} ± {:.3?}; exposure {:.3}", found.gamma_deviation, found.exposure);
     assert!(off.iter().all(|off| off.abs() < 0.1) && (found.exposure - 1.2).abs() < 0.1);
@@ -147,11 +121,8 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
 
 #[test]
 fn clipped_balls_are_counted_and_leave_directions_trusted() {
-    let Some((mut project, _home, truth, directions)) = shared_shoot("probes_hot") else {
-        return;
-    };
-    let found =
-        calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
+    let Some((mut project, _home, truth, directions)) = shared_shoot("probes_hot") else { return };
+    let found = calibrate(&mut project, &CalibrateSettings::default(), &Progress::silent()).unwrap();
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
     assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5));
@@ -161,24 +132,17 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     }
     let trusted = found.rig.lamps.iter().filter(|lamp| lamp.confidence > 0.5);
     assert!(trusted.count() >= 40);
-    let Some((plain, ..)) = shared_shoot("probes") else {
-        return;
-    };
+    let Some((plain, ..)) = shared_shoot("probes") else { return };
     let probes = Probes::load(&plain, &Progress::silent()).unwrap();
     let plain = probes.lamps(plain.settings.shoot.all_lamps(), &found.response);
     let apart: Vec<f32> = (found.rig.lamps.iter().zip(&plain))
         .map(|(hot, plain)| hot.direction.angle_between(plain.direction).to_degrees())
         .collect();
     let worst = apart.iter().copied().fold(0.0, f32::max);
-    println!(
-        "clipped and not: {:.2}° apart in the median, {worst:.2}° at most",
-        median(apart.clone())
-    );
+    println!("clipped and not: {:.2}° apart in the median, {worst:.2}° at most", median(apart.clone()));
     // Except lamps reported as touching the cone behind the ball, whose directions are estimates.
     let is_estimate = |lamp: &Lamp| {
-        let behind = |sentence: &String| {
-            sentence.contains("behind the mirror ball") && sentence.contains(&lamp.name)
-        };
+        let behind = |sentence: &String| sentence.contains("behind the mirror ball") && sentence.contains(&lamp.name);
         found.rig_findings.iter().any(behind)
     };
     assert!(plain.iter().filter(|lamp| is_estimate(lamp)).count() <= 4);

@@ -5,8 +5,7 @@ use super::*;
 
 /// Result from the balls, or the reason for a refusal. A result has unit directions and confidences from 0 to 1.
 fn outcome(project: &Project) -> std::result::Result<(), String> {
-    let probes =
-        Probes::load(project, &Progress::silent()).map_err(|refusal| refusal.to_string())?;
+    let probes = Probes::load(project, &Progress::silent()).map_err(|refusal| refusal.to_string())?;
     let table = ResponseTable::from_response(&PROVISIONAL);
     let (rig, filled) = probes.rig(project.settings.shoot.all_lamps(), &table);
     assert!(filled.is_finite());
@@ -77,11 +76,9 @@ fn figures_that_no_ball_has_are_refused_in_a_sentence() {
         let picture = Raster::from_fn(64, 64, |x, y| [f32::from(x + y < 40) * 0.5; 3]);
         file::write_png(path.file(), &Encoded(picture)).unwrap();
     }
-    for (ball, dome) in [
-        (ball([32.0; 2], 1e10), None),
-        (ball([32.0; 2], 30.0), Some(1e39f64 as f32)),
-        (ball([32.0; 2], 5.0), None),
-    ] {
+    for (ball, dome) in
+        [(ball([32.0; 2], 1e10), None), (ball([32.0; 2], 30.0), Some(1e39f64 as f32)), (ball([32.0; 2], 5.0), None)]
+    {
         project.settings.shoot.ball = ball;
         project.settings.shoot.dome_radius_m = dome;
         let sentence = outcome(&project).unwrap_err();
@@ -140,8 +137,7 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
         };
         let angles = angles_deg(&found.rig, &dome);
         let lamps = found.rig.lamps.iter().zip(&angles);
-        let trusted: Vec<f32> =
-            (lamps.filter(|(lamp, _)| lamp.confidence > 0.5)).map(|(_, angle)| *angle).collect();
+        let trusted: Vec<f32> = (lamps.filter(|(lamp, _)| lamp.confidence > 0.5)).map(|(_, angle)| *angle).collect();
         let wrong = trusted.iter().filter(|angle| **angle > 5.0).count();
         let (count, worst) = (trusted.len(), trusted.iter().copied().fold(0.0, f32::max));
         let off = [0, 1].map(|i| {
@@ -152,9 +148,7 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
             "{name}: {count} trusted, {wrong} wrong, at most {worst:.2}°; γ off by {off:.2?} deviations {:?}; {:?}",
             found.gamma_deviation, found.rig_findings
         );
-        assert!(
-            found.rig.lamps.iter().all(|l| l.energy.iter().all(|e| e.is_finite() && *e >= 0.0))
-        );
+        assert!(found.rig.lamps.iter().all(|l| l.energy.iter().all(|e| e.is_finite() && *e >= 0.0)));
         assert!(found.interview_weights.iter().flatten().all(|w| w.is_finite() && *w >= 0.0));
         assert!(wrong == 0, "{name}: {angles:?}");
         assert!(off.iter().all(|off| *off < 3.0), "{name}: {off:?}");

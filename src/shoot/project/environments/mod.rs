@@ -110,11 +110,7 @@ impl Project {
             }
             None => {
                 let names = known.iter().map(|e| e.name.as_str());
-                let entry = NamedEnvironment {
-                    name: free_name(file, names),
-                    file: self.path_to_keep(file),
-                    front,
-                };
+                let entry = NamedEnvironment { name: free_name(file, names), file: self.path_to_keep(file), front };
                 self.settings.environments.push(entry);
             }
         }
@@ -138,15 +134,10 @@ impl Project {
     /// When there is no such environment, or it is the shoot's or built in: those stay.
     pub fn remove_environment(&mut self, wanted: &Path) -> Result<()> {
         let known = self.environments();
-        let Some(place) = self.place(&known, wanted) else {
-            return Err(unknown(&known, wanted));
-        };
+        let Some(place) = self.place(&known, wanted) else { return Err(unknown(&known, wanted)) };
         let Some(added) = place.checked_sub(self.settings.shoot.environments.len()) else {
             return Err(Error::invalid(
-                format!(
-                    "the environment {} is the shoot's and stays in the list",
-                    wanted.display()
-                ),
+                format!("the environment {} is the shoot's and stays in the list", wanted.display()),
                 "Remove only environments that were added",
             ));
         };
@@ -161,10 +152,7 @@ impl Project {
     pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
         for file in &change.add {
             if !file.is_file() {
-                return Err(Error::missing(
-                    format!("there is no file {}", file.display()),
-                    "Check the path",
-                ));
+                return Err(Error::missing(format!("there is no file {}", file.display()), "Check the path"));
             }
             self.add_environment(file, change.front);
         }

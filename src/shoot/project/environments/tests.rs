@@ -27,9 +27,7 @@ fn what_was_added_and_which_way_is_front_are_remembered_over_reopening() {
     let front = Some(Front::from_tool(Tool::Blender));
     Project::change(&root, |project| {
         let change = EnvironmentChange {
-            add: ["film/own.hdr", "shoot/hdri/noon.hdr", "far.hdr"]
-                .map(|file| at.join(file))
-                .into(),
+            add: ["film/own.hdr", "shoot/hdri/noon.hdr", "far.hdr"].map(|file| at.join(file)).into(),
             front,
             of: vec!["sky".into()],
             ..EnvironmentChange::default()
@@ -38,8 +36,7 @@ fn what_was_added_and_which_way_is_front_are_remembered_over_reopening() {
     })
     .unwrap();
     let project = Project::open(&root).unwrap();
-    let files: Vec<&Path> =
-        (project.settings.environments.iter()).map(|e| e.file.as_path()).collect();
+    let files: Vec<&Path> = (project.settings.environments.iter()).map(|e| e.file.as_path()).collect();
     let far = at.join("far.hdr");
     assert_eq!(files, [Path::new("own.hdr"), Path::new("../shoot/hdri/noon.hdr"), &far]);
     let known = project.environments();
@@ -73,8 +70,7 @@ fn a_file_is_listed_once_under_a_name_of_its_own() {
         std::fs::write(folder.path().join(file), "").unwrap();
         project.add_environment(&folder.path().join(file), None);
     }
-    let names: Vec<&str> =
-        (project.settings.environments.iter()).map(|e| e.name.as_str()).collect();
+    let names: Vec<&str> = (project.settings.environments.iter()).map(|e| e.name.as_str()).collect();
     assert_eq!(names, ["far", "far 2", "nave 2"]);
 }
 

@@ -73,30 +73,17 @@ impl Chosen<'_> {
         let measured = self.rung;
         let before = measured.predicted;
         let known = |value: Option<String>| value.unwrap_or_else(|| "–".to_owned());
-        let figure =
-            |value: Option<f64>, digits: usize| known(value.map(|v| format!("{v:.digits$}")));
+        let figure = |value: Option<f64>, digits: usize| known(value.map(|v| format!("{v:.digits$}")));
         let found = &measured.fidelity;
         let mut rows = vec![
-            (
-                "Time for a frame",
-                known(before.map(|cost| words::ms(cost.frame_ms))),
-                words::ms(measured.frame.median),
-            ),
+            ("Time for a frame", known(before.map(|cost| words::ms(cost.frame_ms))), words::ms(measured.frame.median)),
             (
                 "Memory",
                 known(before.map(|cost| words::bytes(cost.memory_bytes))),
                 words::bytes(measured.cost.memory_bytes),
             ),
-            (
-                "Disk",
-                known(before.map(|cost| words::bytes(cost.disk_bytes))),
-                words::bytes(measured.cost.disk_bytes),
-            ),
-            (
-                "Training",
-                words::duration(60.0 * measured.rung.minutes),
-                words::duration(measured.training_seconds),
-            ),
+            ("Disk", known(before.map(|cost| words::bytes(cost.disk_bytes))), words::bytes(measured.cost.disk_bytes)),
+            ("Training", words::duration(60.0 * measured.rung.minutes), words::duration(measured.training_seconds)),
             ("PSNR", String::new(), format!("{:.1} dB", found.psnr_db)),
             ("OLATs", String::new(), figure(measured.olat_psnr_db, 1) + " dB"),
             ("SSIM", String::new(), format!("{:.3}", found.ssim)),
@@ -109,11 +96,7 @@ impl Chosen<'_> {
             rows.push(("Flicker", String::new(), figure(measured.flicker, 2) + " %"));
         }
         if measured.changes_db.is_some() {
-            rows.push((
-                "Changes the picture by",
-                String::new(),
-                figure(measured.changes_db, 1) + " dB",
-            ));
+            rows.push(("Changes the picture by", String::new(), figure(measured.changes_db, 1) + " dB"));
         }
         Grid::new("figures").num_columns(3).spacing(vec2(2.0 * GAP, 4.0)).show(ui, |ui| {
             ui.label("");

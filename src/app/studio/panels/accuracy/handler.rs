@@ -30,9 +30,7 @@ impl StudioApp {
 
     /// Uses a rung's network in the project, and the rung's weights and effects for the picture.
     fn use_rung(&mut self, rung: String) {
-        let Some(project) = self.session.project.clone() else {
-            return;
-        };
+        let Some(project) = self.session.project.clone() else { return };
         if let Err(sentence) = self.session.writable().and_then(|()| self.session.idle()) {
             return self.status.refuse(sentence);
         }

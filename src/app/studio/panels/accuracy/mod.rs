@@ -76,17 +76,10 @@ impl AccuracyPanel {
     }
 
     /// Settings of the next measurement, and the button that starts it.
-    fn measure_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        project: &Project,
-        out: &mut Vec<Command>,
-    ) {
+    fn measure_ui(&mut self, ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
         let (truth, ledger) = (context.accuracy_truth(), context.readers.accuracy.measured());
         let before = ledger.map(|ledger| Wish::from_ledger(ledger));
-        let mut wish =
-            self.wish.or(before).unwrap_or(Wish { budget: 60.0, against: Compared::default() });
+        let mut wish = self.wish.or(before).unwrap_or(Wish { budget: 60.0, against: Compared::default() });
         ui.horizontal_wrapped(|ui| {
             wish.ui(ui, project, truth.is_some());
             let goes_on = before == Some(wish);
@@ -128,21 +121,14 @@ impl AccuracyPanel {
     }
 
     /// The rungs: the search by time or accuracy, the plot, and the chosen rung.
-    fn ladder_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        ledger: &Ledger,
-        out: &mut Vec<Command>,
-    ) {
+    fn ladder_ui(&mut self, ui: &mut Ui, context: &PanelContext, ledger: &Ledger, out: &mut Vec<Command>) {
         let rungs = &ledger.rungs;
         if rungs.is_empty() {
             return quiet_ui(ui, "Training and measuring the first setting.");
         }
         self.chosen = self.chosen.filter(|&rung| rung < rungs.len());
         let left = ledger.planned.saturating_sub(rungs.len() + ledger.failures.len());
-        let mut said =
-            format!("{} compared with {}.", counted(rungs.len(), "setting"), ledger.compared_with);
+        let mut said = format!("{} compared with {}.", counted(rungs.len(), "setting"), ledger.compared_with);
         if left > 0 {
             said += &format!(" {left} to go.");
         }
@@ -187,12 +173,7 @@ impl AccuracyPanel {
         }
         let on_front = front(rungs);
         let height = (ui.available_height() * 0.5).clamp(*PLOT_HEIGHT.start(), *PLOT_HEIGHT.end());
-        let plot = plot::Ladder {
-            rungs,
-            on_front: &on_front,
-            chosen: self.chosen,
-            applied: ledger.applied.as_deref(),
-        };
+        let plot = plot::Ladder { rungs, on_front: &on_front, chosen: self.chosen, applied: ledger.applied.as_deref() };
         if let Some(pressed) = plot.ui(ui, height) {
             self.chosen = Some(pressed);
         }
@@ -201,11 +182,7 @@ impl AccuracyPanel {
         let best = best(ledger);
         let chosen = self.chosen.or(best);
         if let Some(chosen) = chosen {
-            let rung = chosen::Chosen {
-                ledger,
-                rung: &rungs[chosen],
-                best: best.map(|best| &rungs[best]),
-            };
+            let rung = chosen::Chosen { ledger, rung: &rungs[chosen], best: best.map(|best| &rungs[best]) };
             rung.ui(ui, context, out);
         }
     }

@@ -5,9 +5,7 @@ use super::words;
 use crate::panels::widgets::still_plot::{axis, still_plot};
 use crate::theme;
 use egui::{Color32, Rect, RichText, Sense, Ui, WidgetInfo, pos2, vec2};
-use egui_plot::{
-    AxisHints, GridInput, GridMark, HoverPosition, Line, MarkerShape, PlotPoint, PlotPoints, Points,
-};
+use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, MarkerShape, PlotPoint, PlotPoints, Points};
 use tradeoff::{Knob, Measured};
 
 /// Reach of a click around the point of a rung, in points of the screen.
@@ -59,9 +57,7 @@ impl Ladder<'_> {
             .collect();
         front.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let hint = |position: &HoverPosition| match position {
-            HoverPosition::NearDataPoint { plot_name, .. } if !plot_name.is_empty() => {
-                Some((*plot_name).to_owned())
-            }
+            HoverPosition::NearDataPoint { plot_name, .. } if !plot_name.is_empty() => Some((*plot_name).to_owned()),
             _ => None,
         };
         let shown = still_plot("ladder", height)
@@ -86,20 +82,13 @@ impl Ladder<'_> {
             ])
             .label_formatter(hint)
             .show(ui, |plot| {
-                plot.line(
-                    Line::new("", PlotPoints::from(front))
-                        .color(theme::QUIET)
-                        .width(1.2)
-                        .allow_hover(false),
-                );
+                plot.line(Line::new("", PlotPoints::from(front)).color(theme::QUIET).width(1.2).allow_hover(false));
                 for (number, measured) in self.rungs.iter().enumerate() {
                     self.point(plot, number, measured);
                 }
             });
         let response = shown.response;
-        response.widget_info(|| {
-            WidgetInfo::labeled(egui::Role::Image, true, "Time for a frame against error")
-        });
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Time for a frame against error"));
         let pressed = response.interact_pointer_pos().filter(|_| response.clicked())?;
         let near = self.rungs.iter().enumerate().map(|(number, measured)| {
             let [x, y] = place(measured);
@@ -140,11 +129,7 @@ impl Ladder<'_> {
             plot.points(ring);
         }
         let dot = Points::new(name, PlotPoints::from(vec![place]))
-            .shape(if is_square(measured.rung.knob) {
-                MarkerShape::Square
-            } else {
-                MarkerShape::Circle
-            })
+            .shape(if is_square(measured.rung.knob) { MarkerShape::Square } else { MarkerShape::Circle })
             .radius(if on_front { 5.0 } else { 3.5 })
             .color(if on_front { color } else { color.gamma_multiply(0.65) });
         plot.points(dot);
@@ -181,8 +166,7 @@ fn steps(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let decades = low.floor() as i32..=high.ceil() as i32;
     let marks = decades.flat_map(|decade| {
-        [1.0f64, 2.0, 5.0]
-            .map(|digit| GridMark { value: f64::from(decade) + digit.log10(), step_size: 1.0 })
+        [1.0f64, 2.0, 5.0].map(|digit| GridMark { value: f64::from(decade) + digit.log10(), step_size: 1.0 })
     });
     marks.filter(|mark| (low..=high).contains(&mark.value)).collect()
 }

@@ -5,9 +5,7 @@ use tradeoff::{Knob, Measured, Pick};
 /// Title of a rung, such as `Working size: 64`.
 pub fn title(measured: &Measured) -> String {
     let rung = &measured.rung;
-    let Some(knob) = rung.knob else {
-        return "Baseline".to_owned();
-    };
+    let Some(knob) = rung.knob else { return "Baseline".to_owned() };
     let value = rung.name.split_once('=').map_or("", |(_, value)| value);
     let value = match knob {
         Knob::Minutes if value == "0x" => "none".to_owned(),
@@ -46,9 +44,7 @@ pub fn none(rungs: &[Measured], asked: Pick) -> String {
         }
         Pick::AtLeast(_) => {
             let best = comparable().map(|m| m.fidelity.psnr_db).fold(0.0, f64::max);
-            format!(
-                "No setting is that accurate: the best reaches {best:.1} dB. Measure with more minutes."
-            )
+            format!("No setting is that accurate: the best reaches {best:.1} dB. Measure with more minutes.")
         }
     }
 }

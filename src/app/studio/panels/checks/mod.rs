@@ -123,9 +123,7 @@ fn mended_in(subject: Subject) -> (Workspace, Pane) {
         | Subject::LampsHidden
         | Subject::InterviewLight => (Workspace::Calibrate, Pane::Probe),
         Subject::Response => (Workspace::Calibrate, Pane::Gamma),
-        Subject::Motion | Subject::Shading | Subject::Frames | Subject::Mattes => {
-            (Workspace::Calibrate, Pane::Footage)
-        }
+        Subject::Motion | Subject::Shading | Subject::Frames | Subject::Mattes => (Workspace::Calibrate, Pane::Footage),
         Subject::Coverage | Subject::Contrast => (Workspace::Relight, Pane::Environments),
         Subject::HalfFloats => (Workspace::Relight, Pane::Light),
     }

@@ -91,9 +91,7 @@ impl ProjectCheck {
         let environment = match entry.map(|entry| (&entry.panorama, &entry.listed.name)) {
             Some((PanoramaState::Unread | PanoramaState::Waiting, _)) => return,
             Some((PanoramaState::Done { panorama, .. }, name)) => {
-                let Some(light) = &panorama.environment else {
-                    return;
-                };
+                let Some(light) = &panorama.environment else { return };
                 let scene = state.scene();
                 Some(LitEnvironment {
                     name: name.clone(),

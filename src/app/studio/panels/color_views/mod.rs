@@ -116,14 +116,10 @@ mod tests {
             name: name.to_owned(),
             views: views.iter().map(|&view| view.to_owned()).collect(),
         };
-        let displays =
-            vec![display("Monitor", &["Film", "Raw"]), display("Hall", &["Print", "Raw"])];
+        let displays = vec![display("Monitor", &["Film", "Raw"]), display("Hall", &["Print", "Raw"])];
         let names = ConfigNames { displays: displays.clone(), ..ConfigNames::default() };
         let film = first(&names).unwrap();
-        assert_eq!(
-            (film.display.as_deref(), film.view.as_deref()),
-            (Some("Monitor"), Some("Film"))
-        );
+        assert_eq!((film.display.as_deref(), film.view.as_deref()), (Some("Monitor"), Some("Film")));
         let look = Some("warm".to_owned());
         let warm = ColorChoice { look: look.clone(), ..film };
         assert_eq!(on(&displays[1], &warm).view.as_deref(), Some("Print"));

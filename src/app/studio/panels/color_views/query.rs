@@ -100,9 +100,8 @@ fn has(names: &ConfigNames, choice: &ColorChoice) -> bool {
     let has_look = (choice.look.as_ref()).is_none_or(|look| names.looks.contains(look));
     let mut displays = names.displays.iter();
     let display = displays.find(|known| choice.display.as_ref() == Some(&known.name));
-    let has_view = display.is_some_and(|display| {
-        (choice.view.as_ref()).is_some_and(|view| display.views.contains(view))
-    });
+    let has_view =
+        display.is_some_and(|display| (choice.view.as_ref()).is_some_and(|view| display.views.contains(view)));
     has_look && has_view
 }
 
@@ -137,11 +136,7 @@ mod tests {
     }
 
     fn view(name: &str) -> ColorChoice {
-        ColorChoice {
-            display: Some(SRGB.to_owned()),
-            view: Some(name.to_owned()),
-            ..ColorChoice::default()
-        }
+        ColorChoice { display: Some(SRGB.to_owned()), view: Some(name.to_owned()), ..ColorChoice::default() }
     }
 
     /// Requests until the condition holds; returns the last message.
@@ -183,10 +178,7 @@ mod tests {
         state.show(ViewCommand::StepViewing(1.0));
         assert!(state.display.viewing.through.is_some());
         state.show(ViewCommand::ResetView);
-        assert_eq!(
-            (&state.display.viewing, &state.display.color_view),
-            (&Viewing::default(), &None)
-        );
+        assert_eq!((&state.display.viewing, &state.display.color_view), (&Viewing::default(), &None));
         views.ask(&project, &state, || {});
         // A view that arrives late is not applied.
         state.show(ViewCommand::LookThrough(Some(view(&wanted))));
@@ -211,8 +203,7 @@ mod tests {
         let project = with(Some("ocio://default"));
         until(&mut views, &project, &mut state, |views, _| matches!(views.names(), Some(Ok(_))));
         state.show(ViewCommand::LookThrough(Some(view("Polaroid"))));
-        let said =
-            until(&mut views, &project, &mut state, |_, state| state.display.color_view.is_none());
+        let said = until(&mut views, &project, &mut state, |_, state| state.display.color_view.is_none());
         assert!(said.unwrap().contains("Polaroid"));
         assert!(state.display.viewing.is_neutral() && matches!(views.names(), Some(Ok(_))));
     }

@@ -18,19 +18,13 @@ const WORD: usize = 11;
 const LINE: f32 = 20.0;
 
 /// Choices for a pass, each with the text on the switch and its meaning.
-const CHOICES: [(Option<bool>, &str, &str); 3] = [
-    (None, "Auto", "Automatic"),
-    (Some(true), "On", "Always on"),
-    (Some(false), "Off", "Always off"),
-];
+const CHOICES: [(Option<bool>, &str, &str); 3] =
+    [(None, "Auto", "Automatic"), (Some(true), "On", "Always on"), (Some(false), "Off", "Always off")];
 
 /// The passes under each heading.
 const GROUPS: [(&str, &[Pass]); 5] = [
     ("Relighting", &[Pass::Predict, Pass::Smoothing, Pass::Weights, Pass::Relight, Pass::Plate]),
-    (
-        "Subject and background",
-        &[Pass::Despill, Pass::Background, Pass::BackgroundBlur, Pass::LightWrap],
-    ),
+    ("Subject and background", &[Pass::Despill, Pass::Background, Pass::BackgroundBlur, Pass::LightWrap]),
     ("Lens", &[Pass::Glare, Pass::Vignette]),
     ("Finish", &[Pass::Exposure, Pass::View, Pass::Grain, Pass::Dither]),
     ("Inspection", &[Pass::Channels, Pass::Difference, Pass::FalseColor]),
@@ -58,8 +52,7 @@ impl EffectsPanel {
                 let mut passes = passes.iter().copied();
                 passes.find(|pass| pass.name() == report.name)
             };
-            let reports =
-                (relit.passes.iter()).filter_map(|report| Some((member(report)?, report)));
+            let reports = (relit.passes.iter()).filter_map(|report| Some((member(report)?, report)));
             let ran = reports.clone().filter(|(_, report)| report.ran).count();
             let auto = |forced: Forced, &pass: &Pass| forced.with(pass, None);
             let forced = passes.iter().fold(effects.forced, auto);
@@ -110,23 +103,14 @@ fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
                 .on_hover_text("Each pass runs if the picture needs it")
                 .clicked()
             {
-                out.push(Command::Look(LookCommand::Effects(Effects {
-                    forced: Forced::default(),
-                    ..*effects
-                })));
+                out.push(Command::Look(LookCommand::Effects(Effects { forced: Forced::default(), ..*effects })));
             }
         });
     });
     ui.add_space(GAP / 2.0);
 }
 
-fn pass_ui(
-    ui: &mut Ui,
-    pass: Pass,
-    report: &PassReport,
-    effects: &Effects,
-    out: &mut Vec<Command>,
-) {
+fn pass_ui(ui: &mut Ui, pass: Pass, report: &PassReport, effects: &Effects, out: &mut Vec<Command>) {
     let color = if report.ran { theme::TEXT } else { theme::QUIET };
     // A short reason is within the line, a longer one below it.
     let word = (!report.ran && report.reason.len() <= WORD).then_some(&report.reason);
@@ -188,8 +172,7 @@ mod tests {
 
     #[test]
     fn every_pass_stands_under_one_heading() {
-        let mut listed: Vec<Pass> =
-            GROUPS.iter().flat_map(|(_, passes)| *passes).copied().collect();
+        let mut listed: Vec<Pass> = GROUPS.iter().flat_map(|(_, passes)| *passes).copied().collect();
         listed.sort();
         assert_eq!(listed, Pass::ALL);
     }

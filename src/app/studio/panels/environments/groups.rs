@@ -75,9 +75,7 @@ fn is_found(name: &str, heading: &str, search: &str) -> bool {
 }
 
 /// Titles of the folders of added and watched files. A title is the folder's name, extended by its parents until it is unique.
-fn folder_titles<'a>(
-    list: impl Iterator<Item = &'a ListedEnvironment>,
-) -> BTreeMap<&'a Path, String> {
+fn folder_titles<'a>(list: impl Iterator<Item = &'a ListedEnvironment>) -> BTreeMap<&'a Path, String> {
     let files = list.filter(|listed| matches!(listed.owner, Owner::Person | Owner::Folder));
     let folders = files.filter_map(|listed| listed.file()?.parent());
     let folders: BTreeSet<&Path> = folders.collect();
@@ -163,11 +161,8 @@ mod tests {
 
     #[test]
     fn a_step_follows_what_is_shown_around_its_end() {
-        let group = |entries: &[usize]| EnvironmentGroup {
-            title: String::new(),
-            folder: None,
-            entries: entries.to_vec(),
-        };
+        let group =
+            |entries: &[usize]| EnvironmentGroup { title: String::new(), folder: None, entries: entries.to_vec() };
         let groups = [group(&[4, 1]), group(&[0])];
         assert_eq!(step(&groups, 4, 1), Some(1));
         assert_eq!(step(&groups, 0, 1), Some(4));

@@ -68,8 +68,7 @@ impl StudioApp {
         let folders = folders.into_iter().map(|one| std::path::absolute(&one).unwrap_or(one));
         let folders: Vec<PathBuf> = folders.collect();
         let scanned = folders.clone();
-        let firsts =
-            move || scanned.iter().map(|one| first_in(one)).collect::<Result<Vec<PathBuf>>>();
+        let firsts = move || scanned.iter().map(|one| first_in(one)).collect::<Result<Vec<PathBuf>>>();
         let root = self.project().map(|project| project.root.clone());
         self.errand(firsts, move |app, found| match found {
             Ok(firsts) => {
@@ -112,9 +111,8 @@ impl StudioApp {
 /// which leaves out previews; other pictures only in the folder itself, if it has no such files. Folders that cannot be
 /// read have none.
 fn panoramas_in(folder: &Path, most: usize) -> Vec<PathBuf> {
-    let is_hdr = |path: &PathBuf| {
-        matches!(FileFormat::from_path(path), Some(FileFormat::OpenExr | FileFormat::Radiance))
-    };
+    let is_hdr =
+        |path: &PathBuf| matches!(FileFormat::from_path(path), Some(FileFormat::OpenExr | FileFormat::Radiance));
     let mut found = Vec::new();
     let mut open = VecDeque::from([(folder.to_path_buf(), 0)]);
     let mut visited = 0;

@@ -182,11 +182,7 @@ impl EnvironmentLibrary {
 
     /// The list of a newly opened project, and a sentence for each missing file. `saved`: save changes of the list in
     /// the project.
-    pub fn open(
-        &mut self,
-        project: &Project,
-        saved: bool,
-    ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
+    pub fn open(&mut self, project: &Project, saved: bool) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
         let list = Arc::new(environment_list::of_project(project));
         self.entries.clear();
         if let Some(old) = self.writer.take() {
@@ -315,11 +311,8 @@ impl EnvironmentLibrary {
             let known = old.remove(&listed.origin.to_string());
             let favourite = known.as_ref().is_some_and(|one| one.favourite);
             // A watched file that is used now is read even if it was not, or could not be.
-            let is_used = |one: &EnvironmentEntry| {
-                one.listed.owner == Owner::Folder && listed.owner != Owner::Folder
-            };
-            let is_read =
-                |one: &EnvironmentEntry| one.panorama.is_done() || one.panorama.is_waiting();
+            let is_used = |one: &EnvironmentEntry| one.listed.owner == Owner::Folder && listed.owner != Owner::Folder;
+            let is_read = |one: &EnvironmentEntry| one.panorama.is_done() || one.panorama.is_waiting();
             let kept = known.filter(|one| !is_used(one) || is_read(one));
             let panorama = kept.map(|one| one.panorama).unwrap_or_else(|| {
                 if listed.owner == Owner::Folder {
@@ -340,9 +333,7 @@ impl EnvironmentLibrary {
 
     /// Reads a panorama of a watched folder whose row is seen, unless others are being read, or one after a failure.
     pub fn read(&mut self, place: usize) {
-        let is_read = |entry: &&EnvironmentEntry| {
-            entry.listed.owner == Owner::Folder && entry.panorama.is_waiting()
-        };
+        let is_read = |entry: &&EnvironmentEntry| entry.listed.owner == Owner::Folder && entry.panorama.is_waiting();
         let busy = self.entries.iter().filter(is_read).count() >= READ_AT_ONCE;
         let entry = self.entries.get_mut(place);
         let unread = |entry: &&mut EnvironmentEntry| match entry.panorama {
@@ -363,17 +354,13 @@ impl EnvironmentLibrary {
             let mut state = match read {
                 Ok(panorama) => {
                     let small = &panorama.thumbnail;
-                    let picture =
-                        egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
+                    let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                     let options = egui::TextureOptions::LINEAR_REPEAT;
                     if !self.read.contains(&origin) {
                         self.read.push(origin.clone());
                     }
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
-                    PanoramaState::Done {
-                        panorama: ReadPanorama::from_panorama(panorama),
-                        thumbnail,
-                    }
+                    PanoramaState::Done { panorama: ReadPanorama::from_panorama(panorama), thumbnail }
                 }
                 Err(e) => {
                     // The disk may be disconnected for a while.
@@ -405,9 +392,7 @@ impl EnvironmentLibrary {
         while self.thumbnails.len() > MOST_THUMBNAILS
             && let Some(oldest) = self.thumbnails.pop_front()
         {
-            let is_it = |one: &&mut EnvironmentEntry| {
-                one.listed.owner == Owner::Folder && one.listed.origin == oldest
-            };
+            let is_it = |one: &&mut EnvironmentEntry| one.listed.owner == Owner::Folder && one.listed.origin == oldest;
             if let Some(entry) = self.entries.iter_mut().find(is_it) {
                 entry.panorama = PanoramaState::Unread;
             }

@@ -12,8 +12,7 @@ use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use base::files;
 use egui::{
-    Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui,
-    Vec2, pos2, vec2,
+    Button, Color32, Event, Key, Mesh, Pos2, Rect, Response, RichText, Sense, Shape, TextEdit, Ui, Vec2, pos2, vec2,
 };
 use groups::EnvironmentGroup;
 use library::{EnvironmentEntry, MOST_WATCHED, PanoramaState};
@@ -58,10 +57,7 @@ impl EnvironmentsPanel {
             });
         });
         if context.environments().is_empty() {
-            ui.label(
-                RichText::new("None yet. Add lat-long panoramas, or drop them here.")
-                    .color(theme::QUIET),
-            );
+            ui.label(RichText::new("None yet. Add lat-long panoramas, or drop them here.").color(theme::QUIET));
             return;
         }
         let groups = groups::shown(context.environments(), &context.state.search);
@@ -145,22 +141,14 @@ impl EnvironmentsPanel {
     }
 
     /// The search field. Up and Down step through the matches, Enter takes the first, Escape clears the field.
-    fn search_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        groups: &[EnvironmentGroup],
-        out: &mut Vec<Command>,
-    ) {
+    fn search_ui(&mut self, ui: &mut Ui, context: &PanelContext, groups: &[EnvironmentGroup], out: &mut Vec<Command>) {
         let mut words = context.state.search.clone();
         let field = TextEdit::singleline(&mut words)
             .id(egui::Id::unique("search environments"))
             .hint_text(format!("{} Search", icons::SEARCH))
             .desired_width(f32::INFINITY);
         let response = ui.add(field);
-        response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Search environments")
-        });
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Search environments"));
         if std::mem::take(&mut self.focus) {
             response.request_focus();
         }
@@ -179,8 +167,7 @@ impl EnvironmentsPanel {
         } else if response.lost_focus() && pressed(Key::Enter) {
             let shown = context.state.look.environment;
             let found = groups.iter().flat_map(|group| &group.entries);
-            if let (Some(&first), false) =
-                (found.clone().next(), found.clone().any(|&i| i == shown))
+            if let (Some(&first), false) = (found.clone().next(), found.clone().any(|&i| i == shown))
                 && let Some(entry) = context.environments().get(first)
             {
                 out.push(entry.choose(first));
@@ -201,8 +188,7 @@ fn heading_ui(ui: &mut Ui, group: &EnvironmentGroup, folded: bool) -> Response {
     let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
     let words = format!("{} ({})", group.title, group.entries.len());
     let words = RichText::new(words).size(12.0).color(theme::QUIET);
-    let heading =
-        Button::new((arrow, words)).frame_when_inactive(false).truncate().min_size(vec2(0.0, 20.0));
+    let heading = Button::new((arrow, words)).frame_when_inactive(false).truncate().min_size(vec2(0.0, 20.0));
     ui.spacing_mut().button_padding = vec2(2.0, 1.0);
     let response = ui.add(heading);
     response.widget_info(|| {
@@ -249,9 +235,7 @@ fn unwatch_ui(ui: &Ui, folder: &Path, line: Rect, out: &mut Vec<Command>) {
 fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen: bool) -> Response {
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name)
-    });
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name));
     if !ui.is_rect_visible(rect) {
         return response;
     }
@@ -262,11 +246,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     };
     ui.painter().rect_filled(rect, 3.0, fill);
     if chosen {
-        ui.painter().rect_filled(
-            Rect::from_min_size(rect.min, vec2(3.0, rect.height())),
-            0.0,
-            theme::ACCENT,
-        );
+        ui.painter().rect_filled(Rect::from_min_size(rect.min, vec2(3.0, rect.height())), 0.0, theme::ACCENT);
     }
     theme::focus_ui(ui, rect, &response);
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 5.0), vec2(72.0, 36.0));
@@ -282,9 +262,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         PanoramaState::Unread | PanoramaState::Waiting => Some(["", "Reading"]),
         PanoramaState::Failed(_) => Some([icons::WARNING, "Unreadable"]),
         PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "Front?"]),
-        PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
-            Some(["", "See notes"])
-        }
+        PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => Some(["", "See notes"]),
         PanoramaState::Done { .. } => None,
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
@@ -305,9 +283,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         ui.painter().galley(below, state, theme::QUIET);
     }
     match &entry.panorama {
-        PanoramaState::Failed(sentence) => {
-            response.on_hover_text(format!("{sentence}\nClick to try again"))
-        }
+        PanoramaState::Failed(sentence) => response.on_hover_text(format!("{sentence}\nClick to try again")),
         PanoramaState::Done { panorama, .. } => {
             let (width, height) = panorama.size;
             let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
@@ -325,17 +301,14 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
 fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
-    cross_ui(ui, &name, place)
-        .on_hover_text(format!("{name} from the list; the file is kept"))
-        .clicked()
+    cross_ui(ui, &name, place).on_hover_text(format!("{name} from the list; the file is kept")).clicked()
 }
 
 /// A cross to click.
 fn cross_ui(ui: &Ui, name: &str, place: Rect) -> Response {
     let response = ui.interact(place, ui.scope_id().with(name), Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    let color =
-        if response.hovered() || response.has_focus() { theme::ACCENT } else { theme::QUIET };
+    let color = if response.hovered() || response.has_focus() { theme::ACCENT } else { theme::QUIET };
     let font = egui::FontId::proportional(14.0);
     ui.painter().text(place.center(), egui::Align2::CENTER_CENTER, icons::REMOVE, font, color);
     response
@@ -351,16 +324,11 @@ fn star_ui(ui: &Ui, i: usize, entry: &EnvironmentEntry, row: Rect) -> bool {
     };
     let place = Rect::from_min_size(row.min + vec2(8.0, 5.0), Vec2::splat(STAR));
     let response = ui.interact(place, ui.scope_id().with(("star", i)), Sense::click());
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, entry.favourite, &called)
-    });
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, entry.favourite, &called));
     let painter = ui.painter();
     painter.rect_filled(place, 3.0, Color32::from_black_alpha(160));
-    let color = if entry.favourite || response.hovered() || response.has_focus() {
-        Color32::WHITE
-    } else {
-        theme::QUIET
-    };
+    let color =
+        if entry.favourite || response.hovered() || response.has_focus() { Color32::WHITE } else { theme::QUIET };
     if entry.favourite {
         painter.add(star(place.center(), 0.4 * STAR, color));
     } else {

@@ -34,9 +34,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
 
 /// Describes the colours of the files, if a configuration sets them.
 pub fn sentence_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions) {
-    let Some(sentence) = options.ocio_sentence() else {
-        return;
-    };
+    let Some(sentence) = options.ocio_sentence() else { return };
     let mut say = |sentence: &str, color: Color32| {
         let sentence = RichText::new(sentence).size(13.0).color(color);
         ui.add(Label::new(sentence).wrap());
@@ -57,8 +55,7 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
     let text = format!("Colours: {shown}");
     // egui keeps the height of a list, so the longer list with a configuration has an id of its own.
     let is_longer = context.readers.colors.is_configured();
-    let mut list =
-        ComboBox::from_id_salt(("Colours", is_longer)).width(LIST).selected_text(short(shown));
+    let mut list = ComboBox::from_id_salt(("Colours", is_longer)).width(LIST).selected_text(short(shown));
     if is_longer {
         list = list.height(MENU);
     }
@@ -80,12 +77,7 @@ fn list_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions) {
 }
 
 /// Choices that a configuration offers for such files. Returns the clicked one.
-fn offers_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    names: &ConfigNames,
-    options: &ExportOptions,
-) -> Option<ColorChoice> {
+fn offers_ui(ui: &mut Ui, context: &PanelContext, names: &ConfigNames, options: &ExportOptions) -> Option<ColorChoice> {
     let (now, is_linear) = (&options.ocio, options.format == Format::Exr);
     let mut chosen = None;
     if !is_linear {
@@ -96,15 +88,10 @@ fn offers_ui(
     }
     heading_ui(ui, if is_linear { "Linear colour space" } else { "Colour space" });
     for space in spaces(names, is_linear) {
-        let text = if is_working(names, space) {
-            format!("{} ({WORKING})", space.name)
-        } else {
-            space.name.clone()
-        };
+        let text = if is_working(names, space) { format!("{} ({WORKING})", space.name) } else { space.name.clone() };
         let is_now = now.space.as_ref() == Some(&space.name);
         if ui.selectable_label(is_now, text).clicked() {
-            chosen =
-                Some(ColorChoice { space: Some(space.name.clone()), ..ColorChoice::default() });
+            chosen = Some(ColorChoice { space: Some(space.name.clone()), ..ColorChoice::default() });
         }
     }
     chosen
@@ -113,9 +100,8 @@ fn offers_ui(
 /// The colour spaces that files can hold, in linear light or not: the working space first, then the configuration's
 /// order.
 fn spaces(names: &ConfigNames, is_linear: bool) -> Vec<&SpaceName> {
-    let can_be = |space: &&SpaceName| {
-        !space.is_data && (!is_linear || space.is_scene_linear || is_working(names, space))
-    };
+    let can_be =
+        |space: &&SpaceName| !space.is_data && (!is_linear || space.is_scene_linear || is_working(names, space));
     let mut all: Vec<&SpaceName> = names.spaces.iter().filter(can_be).collect();
     all.sort_by_key(|space| !is_working(names, space));
     all
@@ -141,9 +127,7 @@ fn is_light(choice: &ColorChoice, names: Option<&ConfigNames>) -> bool {
 fn table_ui(ui: &mut Ui, options: &mut ExportOptions) {
     let label = ui.label("LUT");
     ui.horizontal(|ui| {
-        let field = TextEdit::singleline(&mut options.table)
-            .hint_text("None, or a .cube file")
-            .desired_width(130.0);
+        let field = TextEdit::singleline(&mut options.table).hint_text("None, or a .cube file").desired_width(130.0);
         ui.add(field).labelled_by(label.id).on_hover_text(
             "An sRGB-to-sRGB LUT, baked into the files. A path in the project's folder, or an absolute one.",
         );
@@ -164,8 +148,7 @@ fn own_spaces(
         let same = matches!(space, OutputSpace::Srgb | OutputSpace::Rec709);
         if is_linear { !same } else { space != OutputSpace::Acescg }
     });
-    let other =
-        other.map(move |space| (Some(space), name(space, is_linear), about(space, is_linear)));
+    let other = other.map(move |space| (Some(space), name(space, is_linear), about(space, is_linear)));
     std::iter::once(own).chain(other)
 }
 
@@ -182,9 +165,7 @@ fn name(space: OutputSpace, is_linear: bool) -> &'static str {
 fn about(space: OutputSpace, is_linear: bool) -> &'static str {
     match (space, is_linear) {
         (_, true) => "Linear light; the header has the primaries",
-        (OutputSpace::Srgb, _) => {
-            "The same codes, tagged with the sRGB curve if the file format allows it"
-        }
+        (OutputSpace::Srgb, _) => "The same codes, tagged with the sRGB curve if the file format allows it",
         (OutputSpace::P3, _) => "Display P3: D65 and the curve of sRGB",
         _ => "For a reference monitor: BT.1886, a power of 2.4",
     }
@@ -220,8 +201,7 @@ mod tests {
         };
         assert_eq!(offered(true), ["show", "light"]);
         assert_eq!(offered(false), ["show", "light", "log"]);
-        let of_space =
-            |space: &str| ColorChoice { space: Some(space.to_owned()), ..ColorChoice::default() };
+        let of_space = |space: &str| ColorChoice { space: Some(space.to_owned()), ..ColorChoice::default() };
         let view = ColorChoice { view: Some("Film".to_owned()), ..ColorChoice::default() };
         assert!(is_light(&ColorChoice::default(), Some(&names)));
         assert!(is_light(&of_space("show"), Some(&names)) && is_light(&of_space("log"), None));

@@ -34,8 +34,7 @@ pub struct DestinationCheck {
 impl DestinationCheck {
     /// Starts a check if the query changed.
     pub fn ask(&mut self, query: DestinationQuery, wake: impl Fn() + Send + 'static) {
-        self.search
-            .ask(query, wake, |_| |query: &DestinationQuery| Ok(ExistingFiles::from_query(query)));
+        self.search.ask(query, wake, |_| |query: &DestinationQuery| Ok(ExistingFiles::from_query(query)));
     }
 
     /// Takes in the newest result.

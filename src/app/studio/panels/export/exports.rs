@@ -30,8 +30,7 @@ impl Exports {
         self.queue = queue;
         self.destination.receive();
         let finished = self.finished();
-        let is_looked_for =
-            (self.destination.found()).is_some_and(|f| f.query.finished == finished);
+        let is_looked_for = (self.destination.found()).is_some_and(|f| f.query.finished == finished);
         let unfinished = |id| {
             let mut unfinished = self.queue.iter().filter(|e| e.status.sentence().is_none());
             unfinished.any(|export| export.id == id)
@@ -68,11 +67,8 @@ impl Exports {
 
     /// Checks for existing files of the next export of the project in `root`.
     pub fn ask(&mut self, state: &State, root: &Path, wake: impl Fn() + Send + 'static) {
-        let query = DestinationQuery {
-            to: state.export_options.to(root),
-            range: state.numbers(),
-            finished: self.finished(),
-        };
+        let query =
+            DestinationQuery { to: state.export_options.to(root), range: state.numbers(), finished: self.finished() };
         self.destination.ask(query, wake);
     }
 }

@@ -62,10 +62,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
     let exr = &mut options.exr;
     ui.label("EXR");
     ui.horizontal(|ui| {
-        let samples = [
-            (Samples::Half, "Half", "16 bits: enough for pictures"),
-            (Samples::Float, "Float", "32 bits"),
-        ];
+        let samples = [(Samples::Half, "Half", "16 bits: enough for pictures"), (Samples::Float, "Float", "32 bits")];
         segments_ui(ui, |ui| {
             for (samples, name, hint) in samples {
                 if option_ui(ui, "Samples", name, hint, exr.samples == samples) {
@@ -90,8 +87,7 @@ fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
                 }
             }
         });
-        ui.checkbox(&mut exr.crop, "Crop")
-            .on_hover_text("Crops empty borders with the file's data window");
+        ui.checkbox(&mut exr.crop, "Crop").on_hover_text("Crops empty borders with the file's data window");
     });
     ui.end_row();
     ui.label("Layers in");

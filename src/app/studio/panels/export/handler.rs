@@ -75,21 +75,15 @@ impl StudioApp {
         }
         let entries = self.library.entries();
         let light = entry.and_then(|entry| light_of(entries, &entry.listed.origin));
-        let (Some(project), Some(light)) = (&self.session.project, light) else {
-            return None;
-        };
+        let (Some(project), Some(light)) = (&self.session.project, light) else { return None };
         self.status.refusal = None;
         Some(options.settings(project, look, &self.state.solo, light, self.device))
     }
 
     /// Writes the current settings as a farm job, as the command line does, into a new folder in `folder`.
     fn send_to_farm(&mut self, engine: Engine, folder: &Path) {
-        let Some(settings) = self.export_settings() else {
-            return;
-        };
-        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
-            return;
-        };
+        let Some(settings) = self.export_settings() else { return };
+        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else { return };
         let to = settings.files.to.to_string();
         let name = Path::new(&to).file_name().unwrap_or_default().to_string_lossy();
         let stem = match name.split(['.', '%']).next() {
@@ -115,12 +109,8 @@ impl StudioApp {
 
     /// Adds an export with the current settings to the queue.
     fn add_export(&mut self) {
-        let Some(mut settings) = self.export_settings() else {
-            return;
-        };
-        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else {
-            return;
-        };
+        let Some(mut settings) = self.export_settings() else { return };
+        let (Some(worker), Some(project)) = (&self.session.worker, &self.session.project) else { return };
         let project = project.clone();
         let range = self.state.numbers();
         let keeps = settings.files.existing == Existing::Keep;
@@ -215,9 +205,7 @@ fn title(to: &Destination, (first, last): (i64, i64)) -> String {
         _ => ("", None, ""),
     };
     let file = match parts {
-        (before, Some(digits), after) => {
-            PathBuf::from(format!("{before}{first:0digits$}–{last:0digits$}{after}"))
-        }
+        (before, Some(digits), after) => PathBuf::from(format!("{before}{first:0digits$}–{last:0digits$}{after}")),
         _ => to.files(first, last).next().unwrap_or_default(),
     };
     file.file_name().unwrap_or_default().display().to_string()

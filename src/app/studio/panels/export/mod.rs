@@ -22,8 +22,8 @@ use crate::state::State;
 use crate::theme::{self, GAP};
 use choice::option_ui;
 use egui::{
-    Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui,
-    UiBuilder, WidgetInfo, vec2,
+    Align, Button, Grid, Id, Label, Layout, Response, RichText, Role, ScrollArea, TextEdit, Ui, UiBuilder, WidgetInfo,
+    vec2,
 };
 use export::{Files, Format, HandOver, LayersBy, PixelBits};
 use farm::Engine;
@@ -59,19 +59,14 @@ impl ExportPanel {
     }
 
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.session.project else {
-            return;
-        };
+        let Some(project) = context.session.project else { return };
         let mut options = context.state.export_options.clone();
         let existing = existing(context, &options, &project.root);
         ui.add_space(GAP);
         // The buttons and the newest export stay visible without scrolling.
         let below = self.add + self.newest.max(QUEUE).min(ui.available_height() / 2.0);
         let room = ui.available_height() - below - 3.0 * GAP;
-        let scrolled = ScrollArea::vertical()
-            .id_salt("options")
-            .max_height(room.max(LEAST))
-            .auto_shrink([false, true]);
+        let scrolled = ScrollArea::vertical().id_salt("options").max_height(room.max(LEAST)).auto_shrink([false, true]);
         scrolled.show(ui, |ui| {
             self.options_ui(ui, context, (project, &mut options, existing), out);
         });
@@ -159,16 +154,8 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.spacing_mut().button_padding.x = 6.0;
         for (at, name, hint) in [
             (PictureSize::Plate, "Plate", "The whole plate, at its own resolution"),
-            (
-                PictureSize::Box,
-                "Box",
-                "The square that the network sees, at the plate's resolution",
-            ),
-            (
-                PictureSize::Square,
-                "Square",
-                "The square that the network sees, at the network's resolution",
-            ),
+            (PictureSize::Box, "Box", "The square that the network sees, at the plate's resolution"),
+            (PictureSize::Square, "Square", "The square that the network sees, at the network's resolution"),
         ] {
             if option_ui(ui, "Picture", name, hint, options.at == at) {
                 options.at = at;
@@ -180,9 +167,7 @@ fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
 
 /// Expected time, size and error of this export, if the rung in use was measured.
 fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &ExportOptions) {
-    let Some(rung) = context.readers.accuracy.measured().and_then(|ledger| ledger.in_use()) else {
-        return;
-    };
+    let Some(rung) = context.readers.accuracy.measured().and_then(|ledger| ledger.in_use()) else { return };
     let (first, last) = context.state.range();
     let frames = (last - first + 1) as f64;
     let seconds = frames * rung.frame.median / 1e3;
@@ -208,8 +193,7 @@ fn cost_ui(ui: &mut Ui, context: &PanelContext, project: &Project, options: &Exp
         words::duration(seconds),
         rung.fidelity.psnr_db
     );
-    ui.label(RichText::new(text).size(13.0).color(theme::QUIET))
-        .on_hover_text("Measured in Review, Accuracy");
+    ui.label(RichText::new(text).size(13.0).color(theme::QUIET)).on_hover_text("Measured in Review, Accuracy");
 }
 
 /// Longer side in pixels of pictures that are not resized.
@@ -251,11 +235,7 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.spacing_mut().button_padding.x = 6.0;
         for (background, name, hint) in [
             (None, "As shown", "The background of the picture"),
-            (
-                Some(Background::Environment),
-                "Environment",
-                "The environment, as the camera sees it",
-            ),
+            (Some(Background::Environment), "Environment", "The environment, as the camera sees it"),
             (Some(Background::None), "None", "No background: transparent; black in H.264"),
         ] {
             if option_ui(ui, "Background", name, hint, options.background == background) {
@@ -330,11 +310,10 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
     let label = ui.label("Name");
     ui.horizontal(|ui| {
         let choose = 34.0;
-        let field = TextEdit::singleline(&mut options.name)
-            .desired_width(ui.available_width() - choose - 2.0 * GAP);
-        ui.add(field).labelled_by(label.id).on_hover_text(
-            "A path in the project's folder, or an absolute one. Frame number and extension are added.",
-        );
+        let field = TextEdit::singleline(&mut options.name).desired_width(ui.available_width() - choose - 2.0 * GAP);
+        ui.add(field)
+            .labelled_by(label.id)
+            .on_hover_text("A path in the project's folder, or an absolute one. Frame number and extension are added.");
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
         if button.on_hover_text("Choose the file name in a dialog").clicked() {
@@ -351,9 +330,7 @@ fn first_number_ui(ui: &mut Ui, options: &mut ExportOptions, own: i64) {
         let mut number = before;
         let field = computing(&mut number).range(FRAME_NUMBERS).speed(0.1);
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
-        response
-            .labelled_by(label.id)
-            .on_hover_text("Number of the interview's first frame in the names of the files");
+        response.labelled_by(label.id).on_hover_text("Number of the interview's first frame in the names of the files");
         let hint = "The numbers of the interview's files; a movie counts from 0";
         if option_ui(ui, "First number", "Plate's", hint, options.first_number.is_none()) {
             options.first_number = None;
@@ -376,11 +353,7 @@ fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
     let ways = [
         (Overwrite::Never, "Keep", "The new files get a number"),
         (Overwrite::All, "Replace", "Overwrites them"),
-        (
-            Overwrite::Outdated,
-            "Resume",
-            "Writes only the frames that are missing or were made with other settings",
-        ),
+        (Overwrite::Outdated, "Resume", "Writes only the frames that are missing or were made with other settings"),
     ];
     ui.add_enabled_ui(existing > 0, |ui| {
         segments_ui(ui, |ui| {
@@ -399,18 +372,12 @@ fn existing_ui(ui: &mut Ui, options: &mut ExportOptions, existing: usize) {
 }
 
 /// Files that will be written.
-fn files_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    options: &ExportOptions,
-    (root, existing): (&Path, usize),
-) {
+fn files_ui(ui: &mut Ui, context: &PanelContext, options: &ExportOptions, (root, existing): (&Path, usize)) {
     let (first, last) = context.state.numbers();
     let to = options.to(root);
     let written = if options.replaces() { to } else { context.exports.goes_to(&to, (first, last)) };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
-    let files: Vec<_> =
-        [first, last].map(|f| written.files(f, f).next()).into_iter().flatten().collect();
+    let files: Vec<_> = [first, last].map(|f| written.files(f, f).next()).into_iter().flatten().collect();
     let frames = counted((last - first + 1) as usize, "frame");
     let files = match &files[..] {
         [one, other] if one != other => format!("{} … {}", name(one), name(other)),
@@ -424,8 +391,7 @@ fn files_ui(
     } else {
         (format!("{frames}: {files}"), theme::QUIET)
     };
-    ui.add(Label::new(RichText::new(text).size(13.0).color(color)).truncate())
-        .on_hover_text(written.to_string());
+    ui.add(Label::new(RichText::new(text).size(13.0).color(color)).truncate()).on_hover_text(written.to_string());
 }
 
 /// Height of the export buttons, and width of the farm's button with its gap, in points.
@@ -434,11 +400,7 @@ const SEND: f32 = 124.0;
 
 fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let environment = context.environment().map(|entry| &entry.panorama);
-    let obstacle = context.state.export_options.obstacle(
-        &context.status.phase,
-        environment,
-        &context.state.look,
-    );
+    let obstacle = context.state.export_options.obstacle(&context.status.phase, environment, &context.state.look);
     // In the button, so that it stays in its place.
     let solo = match context.state.solo.first() {
         Some(&lamp) => Some(format!("{}, without background", context.lamps_named(lamp))),
@@ -475,8 +437,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 
 /// Menu of the farms for which this export can be written as a job.
 fn farm_ui(ui: &mut Ui, solo: bool, out: &mut Vec<Command>) {
-    let hint =
-        "Writes this export as a render-farm job, with a copy of network and look. You submit it.";
+    let hint = "Writes this export as a render-farm job, with a copy of network and look. You submit it.";
     let text = if solo { "Solo to farm…" } else { "Send to farm…" };
     let menu = ui.menu_button(text, |ui| {
         for engine in Engine::ALL {

@@ -6,10 +6,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::job;
 use crate::status::RunningJob;
 use crate::theme::{self, GAP};
-use egui::{
-    Align, Button, Color32, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui,
-    vec2,
-};
+use egui::{Align, Button, Color32, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use worker::{Export, ExportStatus, WrittenExport};
 
 /// Draws the queue. Returns its height in points down to the newest export.
@@ -27,8 +24,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
     });
     if context.exports.queue.is_empty() {
         ui.label(
-            RichText::new("Queue is empty. Exports run one after another while you keep working.")
-                .color(theme::QUIET),
+            RichText::new("Queue is empty. Exports run one after another while you keep working.").color(theme::QUIET),
         );
         return ui.cursor().top() - top;
     }
@@ -44,10 +40,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
         for (at, export) in shown {
             let is_behind = context.exports.queue[..at].iter().any(waits);
             // Lighter than the panel, so that the progress bar stands out in it.
-            let card = Frame::new()
-                .fill(ui.visuals().faint_bg_color)
-                .corner_radius(3)
-                .inner_margin(Margin::same(8));
+            let card = Frame::new().fill(ui.visuals().faint_bg_color).corner_radius(3).inner_margin(Margin::same(8));
             let card = card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
                 // A press that began on one export never ends on another.
@@ -64,12 +57,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> f32 {
 }
 
 /// `is_behind`: true if another export waits before it.
-fn export_ui(
-    ui: &mut Ui,
-    (export, is_behind): (&Export, bool),
-    job: Option<&RunningJob>,
-    out: &mut Vec<Command>,
-) {
+fn export_ui(ui: &mut Ui, (export, is_behind): (&Export, bool), job: Option<&RunningJob>, out: &mut Vec<Command>) {
     let job = job.filter(|_| export.status == ExportStatus::Running);
     let (state, color) = match &export.status {
         ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
@@ -84,10 +72,7 @@ fn export_ui(
             if export.status == ExportStatus::Waiting {
                 let button = Button::new(RichText::new(icons::REMOVE).size(13.0)).small();
                 let name = format!("Remove {}", export.name);
-                if icons::named_ui(ui, true, button, &name)
-                    .on_hover_text("Removes it from the queue")
-                    .clicked()
-                {
+                if icons::named_ui(ui, true, button, &name).on_hover_text("Removes it from the queue").clicked() {
                     out.push(Command::Export(ExportCommand::Withdraw(export.id)));
                 }
             }
@@ -96,10 +81,7 @@ fn export_ui(
             if is_behind && export.status == ExportStatus::Waiting {
                 let button = Button::new(RichText::new("Write next").size(13.0)).small();
                 let name = format!("Write next: {}", export.name);
-                if icons::named_ui(ui, true, button, &name)
-                    .on_hover_text("To the front of the queue")
-                    .clicked()
-                {
+                if icons::named_ui(ui, true, button, &name).on_hover_text("To the front of the queue").clicked() {
                     out.push(Command::Export(ExportCommand::WriteNext(export.id)));
                 }
             }
@@ -134,22 +116,20 @@ fn export_ui(
 }
 
 fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
-    let mut button =
-        |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
-            let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
-            // Several exports have the same buttons.
-            let name = format!("{text} {}", export.name);
-            if icons::named_ui(ui, enabled, button, &name).on_hover_text(hint).clicked() {
-                out.push(command);
-            }
-        };
+    let mut button = |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
+        let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
+        // Several exports have the same buttons.
+        let name = format!("{text} {}", export.name);
+        if icons::named_ui(ui, enabled, button, &name).on_hover_text(hint).clicked() {
+            out.push(command);
+        }
+    };
     let remove = Command::Export(ExportCommand::Withdraw(export.id));
     match &export.status {
         ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
-            let hint =
-                "Pauses after the current frame and frees the processor for the picture. Key: P";
+            let hint = "Pauses after the current frame and frees the processor for the picture. Key: P";
             button(ui, !job.stopping, icon, pause, hint, Command::Job(JobCommand::Pause));
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";

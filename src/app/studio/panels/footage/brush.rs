@@ -5,9 +5,7 @@ use crate::command::{Command, MatteCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::footage::reader::FootagePicture;
 use crate::theme;
-use egui::{
-    Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2,
-};
+use egui::{Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 use footage::{BrushSide, Stroke as Painted};
 use project::Framing;
 
@@ -86,17 +84,13 @@ impl Brush {
             }
             let ring = (place.scale * radius).max(1.5);
             let painter = ui.painter_at(room);
-            for (width, color) in
-                [(3.0, Color32::from_black_alpha(140)), (1.5, color(context.readers.matte.side))]
-            {
+            for (width, color) in [(3.0, Color32::from_black_alpha(140)), (1.5, color(context.readers.matte.side))] {
                 painter.circle_stroke(at, ring, Stroke::new(width, color));
             }
             ui.set_cursor_icon(CursorIcon::Crosshair);
         }
-        let (held, other) = (
-            response.is_pointer_button_down_on(),
-            ui.input(|i| i.pointer.button_down(PointerButton::Secondary)),
-        );
+        let (held, other) =
+            (response.is_pointer_button_down_on(), ui.input(|i| i.pointer.button_down(PointerButton::Secondary)));
         let at = response.interact_pointer_pos();
         if let (true, Some(at)) = (held || response.clicked() || response.secondary_clicked(), at) {
             let radius = context.readers.matte.radius(size);
@@ -106,22 +100,14 @@ impl Brush {
                 (BrushSide::Remove, true) => BrushSide::Keep,
             };
             let begins = self.painted.is_none();
-            let stroke = self.painted.get_or_insert_with(|| Painted {
-                frame,
-                side,
-                radius,
-                points: Vec::new(),
-            });
+            let stroke = self.painted.get_or_insert_with(|| Painted { frame, side, radius, points: Vec::new() });
             if begins {
                 let origin = ui.input(|i| i.pointer.press_origin()).unwrap_or(at);
                 let from = place.pixel(origin);
                 stroke.points.push([from.x, from.y]);
             }
             let to = place.pixel(at);
-            let far = stroke
-                .points
-                .last()
-                .is_none_or(|[x, y]| place.scale * (to - pos2(*x, *y)).length() >= STEP);
+            let far = stroke.points.last().is_none_or(|[x, y]| place.scale * (to - pos2(*x, *y)).length() >= STEP);
             if far {
                 stroke.points.push([to.x, to.y]);
             }

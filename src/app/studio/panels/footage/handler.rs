@@ -48,12 +48,8 @@ impl StudioApp {
                 }
                 Ok(())
             }
-            MatteCommand::Stroke(stroke) => {
-                (self.session.writable()).and_then(|()| matte.paint(*stroke))
-            }
-            MatteCommand::Clear(frame) => {
-                (self.session.writable()).and_then(|()| matte.clear(frame))
-            }
+            MatteCommand::Stroke(stroke) => (self.session.writable()).and_then(|()| matte.paint(*stroke)),
+            MatteCommand::Clear(frame) => (self.session.writable()).and_then(|()| matte.clear(frame)),
             MatteCommand::MakeAll => {
                 matte.make_all();
                 Ok(())

@@ -15,10 +15,9 @@ use project::Project;
 /// The two tools of the pane.
 pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     segments_ui(ui, |ui| {
-        for (name, hint, on) in [
-            ("Framing", "Set the crop", false),
-            ("Paint matte", "Paint what belongs to the person. Key: M", true),
-        ] {
+        for (name, hint, on) in
+            [("Framing", "Set the crop", false), ("Paint matte", "Paint what belongs to the person. Key: M", true)]
+        {
             let tool = Button::selectable(context.readers.matte.on == on, name);
             if ui.add(tool).on_hover_text(hint).clicked() {
                 out.push(Command::Matte(MatteCommand::Tool(on)));
@@ -30,10 +29,7 @@ pub fn tools_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// Reason why strokes do not affect the shown picture; None if they do.
 pub fn refusal(context: &PanelContext, project: &Project, frame: usize) -> Option<String> {
     if !strokes::is_own_matte(project, frame) {
-        return Some(
-            "The shoot has its own matte for this frame. Remove that file to make one here."
-                .to_owned(),
-        );
+        return Some("The shoot has its own matte for this frame. Remove that file to make one here.".to_owned());
     }
     if let Some(why) = context.session.read_only {
         return Some(why.to_owned());
@@ -97,11 +93,7 @@ fn brush_ui(ui: &mut Ui, context: &PanelContext, shown: &FootagePicture, out: &m
     egui::Grid::new("brush").num_columns(2).spacing([GAP, 5.0]).show(ui, |ui| {
         let mut radius = context.readers.matte.radius(shown.size);
         let before = radius;
-        let field = computing(&mut radius)
-            .range(strokes::RADII)
-            .speed(0.02 * before)
-            .max_decimals(1)
-            .suffix(" px");
+        let field = computing(&mut radius).range(strokes::RADII).speed(0.02 * before).max_decimals(1).suffix(" px");
         if field_ui(ui, "Radius", field) {
             radius = MattePainting::fitting_radius(shown.size);
         }
@@ -129,9 +121,7 @@ fn found_ui(ui: &mut Ui, context: &PanelContext, frame: usize) {
 
 /// Frames that have strokes.
 fn strokes_ui(ui: &mut Ui, context: &PanelContext, frame: usize, out: &mut Vec<Command>) {
-    let Some(Ok(strokes)) = context.readers.matte.strokes() else {
-        return;
-    };
+    let Some(Ok(strokes)) = context.readers.matte.strokes() else { return };
     let frames = strokes.frames();
     if frames.is_empty() {
         quiet_ui(ui, "No strokes yet.");

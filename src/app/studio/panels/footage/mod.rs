@@ -41,20 +41,13 @@ pub struct FootagePanel {
 
 impl FootagePanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(project) = context.session.project else {
-            return;
-        };
+        let Some(project) = context.session.project else { return };
         if let Err(e) = project.check_parts() {
             return notice_ui(ui, |ui| {
                 ui.heading("There is no footage");
                 ui.add_space(GAP);
                 ui.label(e.to_string());
-                missing::button_ui(
-                    ui,
-                    "New project…",
-                    Command::Project(ProjectCommand::New(None)),
-                    out,
-                );
+                missing::button_ui(ui, "New project…", Command::Project(ProjectCommand::New(None)), out);
             });
         }
         let ground = || Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(12, 0));
@@ -153,11 +146,7 @@ impl FootagePanel {
             let padding = framing.padding;
             for (name, hint, square) in [
                 ("Largest", "The largest square inside the picture", Framing::largest(shown.size)),
-                (
-                    "Whole",
-                    "The smallest square around the whole picture",
-                    Framing::whole(shown.size),
-                ),
+                ("Whole", "The smallest square around the whole picture", Framing::whole(shown.size)),
             ] {
                 if ui.button(name).on_hover_text(hint).clicked() {
                     framing = Framing { padding, ..square };
@@ -178,18 +167,13 @@ impl FootagePanel {
     }
 
     /// Buttons that use the edited framing or discard it.
-    fn decide_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        framing: Framing,
-        out: &mut Vec<Command>,
-    ) {
+    fn decide_ui(&mut self, ui: &mut Ui, context: &PanelContext, framing: Framing, out: &mut Vec<Command>) {
         if let Some(why) = context.session.read_only {
             ui.colored_label(theme::WARNING, why);
         }
         if self.asking {
-            ui.colored_label(theme::WARNING,
+            ui.colored_label(
+                theme::WARNING,
                 "Calibration and network belong to the old framing. They are set aside: make both again.",
             );
         }
@@ -201,10 +185,7 @@ impl FootagePanel {
             let name = if self.asking { "Change framing anyway" } else { "Use this framing" };
             let free = context.session.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
-            if response
-                .on_disabled_hover_text("Not while a job is running or the project is read-only")
-                .clicked()
-            {
+            if response.on_disabled_hover_text("Not while a job is running or the project is read-only").clicked() {
                 if computed && !self.asking {
                     self.asking = true;
                 } else {
@@ -235,14 +216,7 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         if ui.add_enabled(is_part, Button::new("All")).clicked() {
             out.push(Command::Look(LookCommand::Range(None)));
         }
-        quiet_ui(
-            ui,
-            &if first == last {
-                format!("Frame {first}")
-            } else {
-                format!("Frames {first} to {last}")
-            },
-        );
+        quiet_ui(ui, &if first == last { format!("Frame {first}") } else { format!("Frames {first} to {last}") });
     });
 }
 
@@ -260,11 +234,9 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
         }
     });
     segments_ui(ui, |ui| {
-        for (name, matte) in [
-            ("Picture", MatteView::Off),
-            ("Matte overlay", MatteView::Over),
-            ("Matte", MatteView::Alone),
-        ] {
+        for (name, matte) in
+            [("Picture", MatteView::Off), ("Matte overlay", MatteView::Over), ("Matte", MatteView::Alone)]
+        {
             choice(ui, name, FootageView { matte, ..view });
         }
     });
@@ -283,13 +255,6 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
     } else {
         range_ui(ui, context, out);
         let frame = context.state.frame.min(shoot.frames.len() - 1);
-        quiet_ui(
-            ui,
-            &format!(
-                "{}, {} in all",
-                shoot.frames.name(frame),
-                counted(shoot.frames.len(), "frame")
-            ),
-        );
+        quiet_ui(ui, &format!("{}, {} in all", shoot.frames.name(frame), counted(shoot.frames.len(), "frame")));
     }
 }

@@ -158,8 +158,7 @@ impl MattePainting {
 
     /// Undoes or redoes the last stroke.
     pub fn travel(&mut self, back: bool) {
-        let (from, to) =
-            if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        let (from, to) = if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         if let (Some(other), Some(Ok(strokes))) = (from.pop(), &mut self.strokes) {
             to.push(std::mem::replace(strokes, other));
             self.unsaved = true;
@@ -206,12 +205,7 @@ impl MattePainting {
     }
 
     /// Requests what is needed: reading and saving the strokes, and the frame's matte.
-    pub fn ask(
-        &mut self,
-        project: &Project,
-        frame: usize,
-        wake: impl Fn() + Clone + Send + 'static,
-    ) {
+    pub fn ask(&mut self, project: &Project, frame: usize, wake: impl Fn() + Clone + Send + 'static) {
         if !self.on && !self.unsaved {
             return;
         }
@@ -221,9 +215,7 @@ impl MattePainting {
                 move |()| Strokes::load(&own_project)
             });
         }
-        let Some(Ok(strokes)) = &self.strokes else {
-            return;
-        };
+        let Some(Ok(strokes)) = &self.strokes else { return };
         if self.unsaved {
             self.saver.ask(strokes.clone(), wake.clone(), |_| {
                 let own_project = project.clone();
@@ -231,8 +223,7 @@ impl MattePainting {
             });
         }
         let request = LiveRequest { frame, strokes: strokes.clone() };
-        let paintable =
-            frame < project.settings.shoot.frames.len() && strokes::is_own_matte(project, frame);
+        let paintable = frame < project.settings.shoot.frames.len() && strokes::is_own_matte(project, frame);
         if self.on && paintable {
             self.mattes.ask(request, wake, |_| {
                 let (of, mut mattes) = (project.clone(), None);
@@ -242,18 +233,10 @@ impl MattePainting {
     }
 }
 
-fn found(
-    project: &Project,
-    mattes: &mut Option<FrameMattes>,
-    request: &LiveRequest,
-) -> Result<Overlay> {
+fn found(project: &Project, mattes: &mut Option<FrameMattes>, request: &LiveRequest) -> Result<Overlay> {
     let mattes = match mattes {
         Some(mattes) => mattes,
-        None => mattes.insert(FrameMattes::new(
-            project,
-            &MatteSettings::default(),
-            Some(worker::find_person()?),
-        )?),
+        None => mattes.insert(FrameMattes::new(project, &MatteSettings::default(), Some(worker::find_person()?))?),
     };
     let found = mattes.of_painted(request.frame, &request.strokes)?;
     Ok(overlay(&found.matte.mask))
@@ -293,8 +276,7 @@ mod tests {
             painting.paint(stroke(frame)).unwrap();
         }
         painting.clear(1).unwrap();
-        let frames =
-            |painting: &MattePainting| painting.strokes().unwrap().as_ref().unwrap().strokes.len();
+        let frames = |painting: &MattePainting| painting.strokes().unwrap().as_ref().unwrap().strokes.len();
         assert_eq!(frames(&painting), 1);
         painting.travel(true);
         assert_eq!(frames(&painting), 3);

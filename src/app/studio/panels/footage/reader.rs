@@ -51,9 +51,7 @@ impl Thumbnail {
     fn picture(self, project: &Project) -> Option<Picture> {
         let shoot = &project.settings.shoot;
         match self {
-            Self::Frame(frame) => {
-                (frame < shoot.frames.len()).then(|| project.frame_picture(frame))
-            }
+            Self::Frame(frame) => (frame < shoot.frames.len()).then(|| project.frame_picture(frame)),
             Self::Olat { pose, lamp } => {
                 let is_known = pose < shoot.poses.len() && lamp < shoot.lamps.len();
                 (is_known && project.has_olat(pose, lamp)).then(|| project.olat_picture(pose, lamp))
@@ -125,9 +123,7 @@ impl FootageReader {
     pub fn receive(&mut self, ctx: &Context) {
         if let Some((request, read)) = self.pictures.answers().last() {
             self.picture = Some(match read {
-                Ok((codes, size)) => {
-                    Ok(FootagePicture { size, texture: texture(ctx, "footage", &codes), request })
-                }
+                Ok((codes, size)) => Ok(FootagePicture { size, texture: texture(ctx, "footage", &codes), request }),
                 Err(sentence) => Err(sentence),
             });
         }
@@ -156,29 +152,16 @@ impl FootageReader {
         let FootageView { matte: view, exemplars } = view;
         let request = if exemplars {
             let pose = pose.min(shoot.poses.len() - 1);
-            FootageRequest {
-                picture: project.first_olat(pose),
-                matte: project.exemplar_matte(pose),
-                view,
-            }
+            FootageRequest { picture: project.first_olat(pose), matte: project.exemplar_matte(pose), view }
         } else {
             let frame = frame.min(shoot.frames.len() - 1);
-            FootageRequest {
-                picture: project.frame_picture(frame),
-                matte: project.frame_matte(frame),
-                view,
-            }
+            FootageRequest { picture: project.frame_picture(frame), matte: project.frame_matte(frame), view }
         };
         self.pictures.ask(request, wake, |_| FootageRequest::read);
     }
 
     /// Reads one thumbnail requested by one of the panes `shown`, unless one is being read.
-    pub fn ask_thumbnails(
-        &mut self,
-        project: &Project,
-        shown: &[Pane],
-        wake: impl Fn() + Send + 'static,
-    ) {
+    pub fn ask_thumbnails(&mut self, project: &Project, shown: &[Pane], wake: impl Fn() + Send + 'static) {
         let wanted = shown.iter().filter_map(|pane| self.wanted.get(pane));
         let unread = (wanted.flatten().copied()).filter(|one| !self.thumbnails.contains_key(one));
         let mut next = unread.filter_map(|one| Some((one, one.picture(project)?)));

@@ -43,10 +43,7 @@ impl Placement {
     }
 
     pub fn rect(&self, pixels: Rect) -> Rect {
-        Rect::from_min_size(
-            self.origin + self.scale * pixels.min.to_vec2(),
-            self.scale * pixels.size(),
-        )
+        Rect::from_min_size(self.origin + self.scale * pixels.min.to_vec2(), self.scale * pixels.size())
     }
 
     pub fn pixel(&self, at: Pos2) -> Pos2 {
@@ -61,18 +58,11 @@ fn square(framing: Framing) -> Rect {
 
 impl Square {
     /// Draws the picture and the square into the rest of `ui`, and moves the square with a drag.
-    pub fn ui(
-        &mut self,
-        ui: &mut Ui,
-        shown: &FootagePicture,
-        kept: Framing,
-        framing: &mut Framing,
-    ) {
+    pub fn ui(&mut self, ui: &mut Ui, shown: &FootagePicture, kept: Framing, framing: &mut Framing) {
         let room = ui.available_rect_before_wrap();
         let place = Placement::new(room, shown, kept);
         let (width, height) = shown.size;
-        let picture =
-            place.rect(Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)));
+        let picture = place.rect(Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)));
         let painter = ui.painter_at(room);
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         painter.image(shown.texture.id(), picture, whole, Color32::WHITE);
@@ -104,11 +94,7 @@ impl Square {
             let reach = Rect::from_center_size(at_corner(chosen, corner), Vec2::splat(2.0 * REACH));
             let response = ui.interact(reach, id.with(i), Sense::drag());
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-            let cursor = if corner[0] == corner[1] {
-                CursorIcon::ResizeNwSe
-            } else {
-                CursorIcon::ResizeNeSw
-            };
+            let cursor = if corner[0] == corner[1] { CursorIcon::ResizeNwSe } else { CursorIcon::ResizeNeSw };
             let response = response.on_hover_cursor(cursor);
             if response.dragged() {
                 held = Some((response, Some(corner)));
@@ -118,18 +104,12 @@ impl Square {
             self.grabbed = None;
             return;
         };
-        let Some(at) = response.interact_pointer_pos() else {
-            return;
-        };
+        let Some(at) = response.interact_pointer_pos() else { return };
         let origin = ui.input(|i| i.pointer.press_origin()).unwrap_or(at);
         let (before, from) = *self.grabbed.get_or_insert((*framing, place.pixel(origin)));
         let moved = place.pixel(at) - from;
         *framing = match corner {
-            None => Framing {
-                x: before.x + moved.x.round() as i32,
-                y: before.y + moved.y.round() as i32,
-                ..before
-            },
+            None => Framing { x: before.x + moved.x.round() as i32, y: before.y + moved.y.round() as i32, ..before },
             Some(corner) => grown(before, corner, moved),
         }
         .bounded();

@@ -26,37 +26,21 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let current = frames.partition_point(|&frame| frame <= context.state.frame);
     for (i, &frame) in frames.iter().enumerate() {
         let left = rect.left() + i as f32 * cell;
-        let place =
-            Rect::from_min_size(pos2(left, rect.top()), vec2(cell - BETWEEN, rect.height()));
+        let place = Rect::from_min_size(pos2(left, rect.top()), vec2(cell - BETWEEN, rect.height()));
         let response = ui.interact(place, ui.scope_id().with(("thumbnail", i)), Sense::click());
         let shown = i + 1 == current;
         response.widget_info(|| {
-            egui::WidgetInfo::selected(
-                egui::Role::Button,
-                true,
-                shown,
-                format!("Thumbnail of frame {frame}"),
-            )
+            egui::WidgetInfo::selected(egui::Role::Button, true, shown, format!("Thumbnail of frame {frame}"))
         });
         ui.painter().rect_filled(place, 2.0, theme::WELL);
         if let Some(picture) = context.readers.footage.thumbnail(Thumbnail::Frame(frame)) {
             let inside = fitting(picture.size_vec2(), place);
-            let tint = if (first..=last).contains(&frame) {
-                Color32::WHITE
-            } else {
-                Color32::from_gray(70)
-            };
+            let tint = if (first..=last).contains(&frame) { Color32::WHITE } else { Color32::from_gray(70) };
             let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
             ui.painter().image(picture.id(), inside, whole, tint);
         }
         let text = place.left_bottom() + vec2(3.0, -1.0);
-        ui.painter().text(
-            text,
-            Align2::LEFT_BOTTOM,
-            frame,
-            FontId::proportional(11.0),
-            theme::TEXT,
-        );
+        ui.painter().text(text, Align2::LEFT_BOTTOM, frame, FontId::proportional(11.0), theme::TEXT);
         if shown || response.hovered() {
             let color = if shown { theme::ACCENT } else { theme::QUIET };
             ui.painter().rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);

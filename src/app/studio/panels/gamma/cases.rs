@@ -15,13 +15,7 @@ pub fn trials(view: &GammaView) -> Vec<Trial> {
 }
 
 /// Both cases side by side; nothing if only one is plausible.
-pub fn ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    view: &GammaView,
-    pictures: &[TextureHandle],
-    out: &mut Vec<Command>,
-) {
+pub fn ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, pictures: &[TextureHandle], out: &mut Vec<Command>) {
     if view.cases.is_empty() {
         return;
     }
@@ -42,9 +36,7 @@ pub fn ui(
                 )));
                 let idle = context.status.job.is_none();
                 let name = if case.changed { "Exposure changed" } else { "Exposure unchanged" };
-                let button = ui
-                    .add_enabled(idle, Button::new(name))
-                    .on_hover_text("Calibrates with this response");
+                let button = ui.add_enabled(idle, Button::new(name)).on_hover_text("Calibrates with this response");
                 if button.clicked() {
                     out.push(Command::Look(LookCommand::Trial(Some(case.trial()))));
                     out.push(Command::Calibration(CalibrationCommand::Start));
@@ -59,10 +51,7 @@ fn sentence(case: &Case) -> String {
     let percent = 100.0 * case.probability;
     if case.changed {
         let than = if case.exposure > 1.0 { "brighter" } else { "darker" };
-        format!(
-            "{percent:.0} %: exposure changed after the balls, {:.0} % {than}",
-            100.0 * (case.exposure - 1.0).abs()
-        )
+        format!("{percent:.0} %: exposure changed after the balls, {:.0} % {than}", 100.0 * (case.exposure - 1.0).abs())
     } else {
         format!("{percent:.0} %: exposure unchanged")
     }

@@ -13,10 +13,7 @@ use crate::panels::widgets::numbers::computing;
 use crate::panels::widgets::rows::number_ui;
 use crate::theme::{self, GAP};
 use calibration::Trial;
-use egui::{
-    Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2,
-    pos2, vec2,
-};
+use egui::{Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2, pos2, vec2};
 use imaging::{DualGamma, Response};
 use std::sync::Arc;
 use worker::GammaView;
@@ -68,19 +65,14 @@ impl GammaPanel {
         let room = (rect.size() - Vec2::splat(6.0 * GAP)).max(Vec2::splat(1.0));
         let place = fitting(picture, Rect::from_center_size(rect.center(), room));
         let response = ui.interact(rect, ui.scope_id().with("wipe"), Sense::click_and_drag());
-        response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit pose")
-        });
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit pose"));
         let wipe = context.state.viewport.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
         let painter = ui.painter().with_clip_rect(rect);
         for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
             let part = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
             let window = |x: f32| place.left() + x * place.width();
-            let target = Rect::from_min_max(
-                pos2(window(from), place.top()),
-                pos2(window(to), place.bottom()),
-            );
+            let target = Rect::from_min_max(pos2(window(from), place.top()), pos2(window(to), place.bottom()));
             painter.image(texture.id(), target, part, Color32::WHITE);
         }
         painter.vline(line, place.y_range(), Stroke::new(1.0, theme::ACCENT));
@@ -89,28 +81,14 @@ impl GammaPanel {
         let caption = |at: Pos2, align: Align2, text: String| {
             let galley = ui.painter().layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
             let text = align.anchor_size(at, galley.size());
-            ui.painter().rect_filled(
-                text.expand2(vec2(6.0, 3.0)),
-                3.0,
-                Color32::from_black_alpha(170),
-            );
+            ui.painter().rect_filled(text.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(170));
             ui.painter().galley(text.min, galley, theme::TEXT);
         };
         let view = &shown.view;
-        caption(
-            place.left_top() + vec2(12.0, 10.0),
-            Align2::LEFT_TOP,
-            format!("interview, frame {}", view.frame),
-        );
+        caption(place.left_top() + vec2(12.0, 10.0), Align2::LEFT_TOP, format!("interview, frame {}", view.frame));
         let right = place.right_top() + vec2(-12.0, 10.0);
-        caption(
-            right,
-            Align2::RIGHT_TOP,
-            format!("{}, relit as the interview", view.poses[view.pose]),
-        );
-        if let Some(at) =
-            response.interact_pointer_pos().filter(|_| response.dragged() || response.clicked())
-        {
+        caption(right, Align2::RIGHT_TOP, format!("{}, relit as the interview", view.poses[view.pose]));
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged() || response.clicked()) {
             out.push(Command::View(ViewCommand::Wipe((at.x - place.left()) / place.width())));
         }
         response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
@@ -120,9 +98,7 @@ impl GammaPanel {
     /// The plots and the sliders.
     fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         self.upload(ui, context);
-        let Some(shown) = &self.shown else {
-            return;
-        };
+        let Some(shown) = &self.shown else { return };
         let view = shown.view.clone();
         let trial = context.state.look.trial.unwrap_or(view.calibrated);
         ui.add_space(GAP);
@@ -156,9 +132,8 @@ impl GammaPanel {
         if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.view, view)) {
             return;
         }
-        let load = |name: &str, picture: egui::ColorImage| {
-            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
-        };
+        let load =
+            |name: &str, picture: egui::ColorImage| ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR);
         let texture = |name: &str, picture: &worker::SrgbPicture| {
             load(name, egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb))
         };
@@ -170,9 +145,7 @@ impl GammaPanel {
         };
         let cases = match &old {
             Some(old) if Arc::ptr_eq(&old.view.cases, &view.cases) => old.cases.clone(),
-            _ => {
-                (view.cases.iter()).map(|(_, relit)| texture("relit under a case", relit)).collect()
-            }
+            _ => (view.cases.iter()).map(|(_, relit)| texture("relit under a case", relit)).collect(),
         };
         self.shown = Some(GammaTextures {
             view: view.clone(),
@@ -185,13 +158,7 @@ impl GammaPanel {
 }
 
 /// Choice of the relit exemplar, and of the kind of curve to try.
-fn choices_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    view: &GammaView,
-    wanted: &mut Trial,
-    out: &mut Vec<Command>,
-) {
+fn choices_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, wanted: &mut Trial, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let label = ui.label("Pose");
         let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
@@ -208,20 +175,19 @@ fn choices_ui(
         list.response.labelled_by(label.id);
         ui.add_space(GAP);
         let label = ui.label("Curve");
-        let list = egui::ComboBox::from_id_salt("curve")
-            .selected_text(wanted.response.name())
-            .width(104.0)
-            .show_ui(ui, |ui| {
+        let list = egui::ComboBox::from_id_salt("curve").selected_text(wanted.response.name()).width(104.0).show_ui(
+            ui,
+            |ui| {
                 for curve in view.curves.iter() {
                     let name = curve.response.name();
                     let off = format!("{name}: mirror-ball error {:.1} codes", 255.0 * curve.ball);
                     let is_chosen = name == wanted.response.name();
                     if ui.selectable_label(is_chosen, off).clicked() && !is_chosen {
-                        *wanted = Trial { response: curve.response, exposure: curve.exposure }
-                            .nudged([0.0; 3]);
+                        *wanted = Trial { response: curve.response, exposure: curve.exposure }.nudged([0.0; 3]);
                     }
                 }
-            });
+            },
+        );
         list.response.labelled_by(label.id);
     });
 }
@@ -254,11 +220,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
     let tried = context.state.look.trial.is_some_and(|trial| trial != view.calibrated);
     ui.horizontal(|ui| {
         let fit = theme::main_button(idle, "Fit");
-        if ui
-            .add_enabled(idle, fit)
-            .on_hover_text("Fits the response to the pictures and mirror balls")
-            .clicked()
-        {
+        if ui.add_enabled(idle, fit).on_hover_text("Fits the response to the pictures and mirror balls").clicked() {
             out.push(Command::Look(LookCommand::Trial(None)));
             out.push(Command::Calibration(CalibrationCommand::Start));
         }
@@ -269,11 +231,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         {
             out.push(Command::Calibration(CalibrationCommand::Start));
         }
-        if ui
-            .add_enabled(tried, Button::new("Reset"))
-            .on_hover_text("Back to the calibrated response")
-            .clicked()
-        {
+        if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Back to the calibrated response").clicked() {
             out.push(Command::Look(LookCommand::Trial(None)));
         }
     });

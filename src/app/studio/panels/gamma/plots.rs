@@ -3,10 +3,7 @@
 use crate::theme;
 use calibration::Trial;
 use calibration::gamma::Surface;
-use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2,
-    vec2,
-};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2, vec2};
 use imaging::{DualGamma, Response};
 use worker::GammaView;
 
@@ -19,19 +16,12 @@ const STEPS: usize = 96;
 
 /// The curve of a trial, with I^γ1 and I^γ2: encoded values to the right, linear upward. `cases` are the open cases of
 /// the calibration.
-pub fn curve_ui(
-    ui: &mut Ui,
-    side: f32,
-    trial: &Trial,
-    calibrated: Option<&Trial>,
-    cases: &[Trial],
-) {
+pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial>, cases: &[Trial]) {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Response curve"));
     let painter = ui.painter();
     frame_ui(painter, rect, "encoded", "linear");
-    let place =
-        |x: f32, y: f32| pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height());
+    let place = |x: f32, y: f32| pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height());
     let curve = |value: &dyn Fn(f32) -> f32| -> Vec<Pos2> {
         (0..=STEPS).map(|i| i as f32 / STEPS as f32).map(|x| place(x, value(x))).collect()
     };
@@ -62,17 +52,11 @@ pub fn curve_ui(
         [] => "",
         _ => " Blue: the curves of both open answers.",
     };
-    response
-        .on_hover_text(format!("{what} White: the calibrated curve, if another is tried.{open}"));
+    response.on_hover_text(format!("{what} White: the calibrated curve, if another is tried.{open}"));
 }
 
 /// The fit's cost over γ1 (to the right) and γ2 (upward). Returns γ1 and γ2 where it was clicked or dragged.
-pub fn surface_ui(
-    ui: &mut Ui,
-    side: f32,
-    view: &GammaView,
-    texture: TextureId,
-) -> Option<[f32; 2]> {
+pub fn surface_ui(ui: &mut Ui, side: f32, view: &GammaView, texture: TextureId) -> Option<[f32; 2]> {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Loss surface"));
     let painter = ui.painter();
@@ -89,10 +73,7 @@ pub fn surface_ui(
     painter.circle_stroke(place([gamma1, gamma2]), 4.0, Stroke::new(1.5, Color32::WHITE));
     if let Some(at) = view.trial.response.exponents().map(place) {
         for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
-            painter.line_segment(
-                [at - 7.0 * direction, at + 7.0 * direction],
-                Stroke::new(1.5, theme::ACCENT),
-            );
+            painter.line_segment([at - 7.0 * direction, at + 7.0 * direction], Stroke::new(1.5, theme::ACCENT));
         }
     }
     theme::focus_ui(ui, rect, &response);
@@ -133,10 +114,8 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histograms"));
     let each = rect.height() / 3.0;
     for (channel, color) in [RED, GREEN, BLUE].into_iter().enumerate() {
-        let band = Rect::from_min_size(
-            pos2(rect.left(), rect.top() + each * channel as f32),
-            vec2(rect.width(), each - 3.0),
-        );
+        let band =
+            Rect::from_min_size(pos2(rect.left(), rect.top() + each * channel as f32), vec2(rect.width(), each - 3.0));
         let painter = ui.painter();
         painter.rect_filled(band, 0.0, theme::WELL);
         let sets = [&view.interview_histogram, &view.before_histogram, &view.relit_histogram];
@@ -155,8 +134,7 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
             painter.line_segment([pos2(to.x, band.bottom()), to], stroke);
         }
         let line = |shares: &[f32], stroke: Stroke| {
-            painter
-                .line(shares.iter().enumerate().map(|(code, s)| place(code, *s)).collect(), stroke);
+            painter.line(shares.iter().enumerate().map(|(code, s)| place(code, *s)).collect(), stroke);
         };
         line(&before, Stroke::new(1.0, QUIET_LINE));
         line(&after, Stroke::new(1.5, color));
@@ -187,12 +165,6 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
     let font = || FontId::proportional(11.0);
     // The surface is light at its corners.
     let color = if to_right == "encoded" { theme::QUIET } else { Color32::from_gray(40) };
-    painter.text(
-        rect.right_bottom() - vec2(4.0, 3.0),
-        Align2::RIGHT_BOTTOM,
-        to_right,
-        font(),
-        color,
-    );
+    painter.text(rect.right_bottom() - vec2(4.0, 3.0), Align2::RIGHT_BOTTOM, to_right, font(), color);
     painter.text(rect.left_top() + vec2(4.0, 3.0), Align2::LEFT_TOP, upward, font(), color);
 }

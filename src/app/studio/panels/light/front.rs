@@ -25,14 +25,7 @@ fn choices() -> Vec<(Front, String)> {
 
 /// The choices as numbered marks on the panorama in `rect`, turned with it. A click on a mark chooses it; a
 /// click anywhere else makes that direction the front.
-pub fn marks_ui(
-    ui: &Ui,
-    context: &PanelContext,
-    rect: Rect,
-    response: &Response,
-    turn: Quat,
-    out: &mut Vec<Command>,
-) {
+pub fn marks_ui(ui: &Ui, context: &PanelContext, rect: Rect, response: &Response, turn: Quat, out: &mut Vec<Command>) {
     let choices = choices();
     let now = context.state.look.front();
     let marks: Vec<Mark> = (choices.iter().enumerate())
@@ -45,8 +38,7 @@ pub fn marks_ui(
         .collect();
     // Some programs put the front at the left edge: its mark must not be cut in half.
     let within = rect.shrink(MARK_RADIUS);
-    let places: Vec<Pos2> =
-        (marks.iter()).map(|mark| within.clamp(place(rect, mark.direction))).collect();
+    let places: Vec<Pos2> = (marks.iter()).map(|mark| within.clamp(place(rect, mark.direction))).collect();
     let painter = ui.painter().with_clip_rect(rect);
     for (mark, at) in in_order(&marks, &places) {
         mark_ui(&painter, at, mark, false);
@@ -71,14 +63,10 @@ pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) 
     ui.label(RichText::new(hint).small().color(theme::QUIET));
     for (i, (front, names)) in choices().into_iter().enumerate() {
         let text = format!("{}   {names}", i + 1);
-        let button = Button::new(text)
-            .min_size(vec2(ui.available_width(), 24.0))
-            .selected(front == context.state.look.front());
+        let button =
+            Button::new(text).min_size(vec2(ui.available_width(), 24.0)).selected(front == context.state.look.front());
         if ui.add(button).clicked() {
-            out.push(Command::Look(LookCommand::Front(
-                context.state.look.environment,
-                Some(front),
-            )));
+            out.push(Command::Look(LookCommand::Front(context.state.look.environment, Some(front))));
         }
     }
     ui.add_space(GAP / 2.0);
@@ -97,9 +85,8 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
     }
     all.push((None, "pick on panorama…"));
     let mut wanted = Some(now);
-    choice_ui(ui, "Front", &all, &mut wanted).on_hover_text(
-        "Front direction in the file, by the program it was made for. Saved with the project.",
-    );
+    choice_ui(ui, "Front", &all, &mut wanted)
+        .on_hover_text("Front direction in the file, by the program it was made for. Saved with the project.");
     if let Some(front) = wanted.filter(|front| *front != now) {
         out.push(Command::Look(LookCommand::Front(look.environment, Some(front))));
     }

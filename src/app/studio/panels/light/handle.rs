@@ -52,16 +52,12 @@ pub fn handle_ui(
 /// Degrees to the right and up by which the arrow keys move the light whose handle has the focus.
 fn arrows(ui: &Ui, handle: egui::Id) -> Option<Vec2> {
     keys::leave_arrows(ui.ctx(), handle);
-    let all =
-        EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    let all = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(handle, all));
     let by = ui.input(|input| {
         let presses = |key| input.num_presses(key) as f32;
         let step = STEP_DEG * if input.modifiers.shift { 10.0 } else { 1.0 };
-        step * vec2(
-            presses(Key::ArrowRight) - presses(Key::ArrowLeft),
-            presses(Key::ArrowUp) - presses(Key::ArrowDown),
-        )
+        step * vec2(presses(Key::ArrowRight) - presses(Key::ArrowLeft), presses(Key::ArrowUp) - presses(Key::ArrowDown))
     });
     (by != Vec2::ZERO).then_some(by)
 }

@@ -32,9 +32,7 @@ impl StudioApp {
             }
             LightsCommand::RenameGroup(index, name) => {
                 if lighting.groups.iter().any(|group| group.name == name) {
-                    return Err(format!(
-                        "A group named {name} already exists. Choose another name"
-                    ));
+                    return Err(format!("A group named {name} already exists. Choose another name"));
                 }
                 if let Some(group) = lighting.groups.get_mut(index) {
                     let before = std::mem::replace(&mut group.name, name.clone());
@@ -88,10 +86,7 @@ mod tests {
     #[test]
     fn lights_of_other_groups_stay_where_they_are() {
         let light = |group: &str| PlacedLight { group: group.to_owned(), ..PlacedLight::default() };
-        let mut lighting = Lighting {
-            placed: vec![light("Left"), light(""), light("Left")],
-            ..Lighting::default()
-        };
+        let mut lighting = Lighting { placed: vec![light("Left"), light(""), light("Left")], ..Lighting::default() };
         regroup(&mut lighting, "Left", "Rim");
         let groups: Vec<&str> = lighting.placed.iter().map(|l| &*l.group).collect();
         assert_eq!(groups, ["Rim", "", "Rim"]);

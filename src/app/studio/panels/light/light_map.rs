@@ -27,9 +27,7 @@ impl LightMap {
     pub fn rect(self) -> Rect {
         match self {
             Self::Panorama(rect) => rect,
-            Self::Sphere(rect) => {
-                Rect::from_center_size(rect.center(), Vec2::splat(rect.size().min_elem()))
-            }
+            Self::Sphere(rect) => Rect::from_center_size(rect.center(), Vec2::splat(rect.size().min_elem())),
         }
     }
 

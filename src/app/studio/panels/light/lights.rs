@@ -9,8 +9,8 @@ use crate::panels::widgets::diamond;
 use crate::panels::widgets::rows::{Number, choice_ui, grid, setting_ui};
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Event, Id, Key, Label, Layout, Modifiers, Rect, Response, RichText, Role,
-    TextEdit, Ui, WidgetInfo, pos2, vec2,
+    Align, Button, Event, Id, Key, Label, Layout, Modifiers, Rect, Response, RichText, Role, TextEdit, Ui, WidgetInfo,
+    pos2, vec2,
 };
 use light::{LightGroup, Lighting, PlacedLight, placed, white};
 use scene::{LightSetting, Setting};
@@ -50,14 +50,12 @@ pub fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 /// All lights: those without a group, then each group with its own.
 pub fn lights_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lighting = &context.state.look.lighting;
-    let mut edit =
-        Edit { lighting: lighting.clone(), chosen: context.state.chosen_light(), removed: None };
+    let mut edit = Edit { lighting: lighting.clone(), chosen: context.state.chosen_light(), removed: None };
     // Commands that name a group or act on one light; applied after the changes in `edit`.
     let mut after = Vec::new();
     let of_group = |lighting: &Lighting, group: Option<&str>| -> Vec<usize> {
         let lights = lighting.placed.iter().enumerate();
-        let inside =
-            lights.filter(|(_, light)| lighting.group_of(light).map(|group| &*group.name) == group);
+        let inside = lights.filter(|(_, light)| lighting.group_of(light).map(|group| &*group.name) == group);
         inside.map(|(i, _)| i).collect()
     };
     for i in of_group(lighting, None) {
@@ -145,11 +143,8 @@ fn toggle_ui(ui: &mut Ui, on: bool, icon: &str, name: &str, hint: &str) -> Respo
 
 /// The mute and solo icons; they change `muted` and `solo`.
 fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo: &mut bool) {
-    let (icon, hint) = if *muted {
-        (icons::HIDDEN, format!("Turns {what} on"))
-    } else {
-        (icons::SEEN, format!("Mutes {what}"))
-    };
+    let (icon, hint) =
+        if *muted { (icons::HIDDEN, format!("Turns {what} on")) } else { (icons::SEEN, format!("Mutes {what}")) };
     if toggle_ui(ui, *muted, icon, &format!("Mute {title}"), &hint).clicked() {
         *muted = !*muted;
     }
@@ -161,11 +156,8 @@ fn mute_and_solo_ui(ui: &mut Ui, title: &str, what: &str, muted: &mut bool, solo
 
 /// The arrow that shows or hides the content under a line.
 fn arrow_ui(ui: &mut Ui, is_open: bool, name: &str, what: &str) -> Response {
-    let (arrow, hint) = if is_open {
-        (icons::DOWN, format!("Hide {what}"))
-    } else {
-        (icons::NEXT, format!("Show {what}"))
-    };
+    let (arrow, hint) =
+        if is_open { (icons::DOWN, format!("Hide {what}")) } else { (icons::NEXT, format!("Show {what}")) };
     let arrow = Button::new(RichText::new(arrow).size(12.0).color(theme::QUIET));
     let arrow = arrow.frame_when_inactive(false).min_size(vec2(18.0, 22.0));
     let response = ui.add(arrow);
@@ -180,13 +172,7 @@ fn icon_ui(ui: &mut Ui, icon: &str, name: &str) -> Response {
 }
 
 /// A field for a name, with `behind` points free after it. Returns the typed name once the field loses the focus.
-fn name_ui(
-    ui: &mut Ui,
-    (id, behind): (Id, f32),
-    now: &str,
-    hint: &str,
-    name: &str,
-) -> (Response, Option<String>) {
+fn name_ui(ui: &mut Ui, (id, behind): (Id, f32), now: &str, hint: &str, name: &str) -> (Response, Option<String>) {
     let typed: Option<String> = ui.data(|data| data.get_temp(id));
     let mut text = typed.clone().unwrap_or_else(|| now.to_owned());
     let field = TextEdit::singleline(&mut text)
@@ -286,11 +272,7 @@ fn settings_ui(
         setting_ui(ui, context, (setting, setting.label()), after);
     };
     grid("light settings").show(ui, |ui| {
-        let kinds = [
-            (placed::Kind::Area, "Box"),
-            (placed::Kind::Disc, "Disc"),
-            (placed::Kind::Point, "Point"),
-        ];
+        let kinds = [(placed::Kind::Area, "Box"), (placed::Kind::Disc, "Disc"), (placed::Kind::Point, "Point")];
         choice_ui(ui, "Kind", &kinds, &mut edit.lighting.placed[index].kind);
         ui.end_row();
         group_choice_ui(ui, index, &mut edit.lighting);
@@ -338,8 +320,7 @@ fn group_choice_ui(ui: &mut Ui, index: usize, lighting: &mut Lighting) {
     all.extend(names.iter().enumerate().map(|(g, name)| (Some(g), &**name)));
     all.push((Some(new), "New group"));
     let mut wanted = now;
-    choice_ui(ui, "Group", &all, &mut wanted)
-        .on_hover_text("Mute, solo and intensity act on the whole group");
+    choice_ui(ui, "Group", &all, &mut wanted).on_hover_text("Mute, solo and intensity act on the whole group");
     match wanted {
         _ if wanted == now => {}
         None => light.group = String::new(),

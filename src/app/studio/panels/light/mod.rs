@@ -88,12 +88,7 @@ impl LightPanel {
         if picks {
             self.asked = listed.map(|listed| listed.origin.clone());
         }
-        Heading::new(Group::Grade, context).ui(
-            ui,
-            out,
-            |_, _| {},
-            |ui, out| grade_ui(ui, context, out),
-        );
+        Heading::new(Group::Grade, context).ui(ui, out, |_, _| {}, |ui, out| grade_ui(ui, context, out));
         if out[before..].iter().any(|c| matches!(c, Command::Look(LookCommand::Front(..)))) {
             self.asked = None;
         }

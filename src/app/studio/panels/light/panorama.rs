@@ -12,8 +12,7 @@ use crate::panels::widgets::rows::segments_ui;
 use crate::theme;
 use egui::epaint::RectShape;
 use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui,
-    Vec2, pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
 use glam::Quat;
 use light::PlacedLight;
@@ -63,13 +62,8 @@ impl Preview {
         let sense = if asked { Sense::click_and_drag() } else { Sense::drag() };
         let (rect, response) = ui.allocate_exact_size(vec2(width, STRETCHED * width), sense);
         // The front is picked on the panorama, not on the ball.
-        let map = if self.is_ball && !asked {
-            LightMap::Sphere(rect.shrink(DOT))
-        } else {
-            LightMap::Panorama(rect)
-        };
-        response
-            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
+        let map = if self.is_ball && !asked { LightMap::Sphere(rect.shrink(DOT)) } else { LightMap::Panorama(rect) };
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment map"));
         ui.painter().rect_filled(rect, 2.0, theme::WELL);
         let yaw_deg = look.front().turned(look.yaw_deg);
         let turn = look.lighting.turn(yaw_deg);
@@ -113,21 +107,14 @@ impl Preview {
     /// The panorama under any rotation, or the mirror ball.
     fn turned_ui(&mut self, ui: &Ui, entry: &EnvironmentEntry, map: LightMap, turn: Quat) {
         let is_ball = matches!(map, LightMap::Sphere(_));
-        let PanoramaState::Done { panorama, .. } = &entry.panorama else {
-            return;
-        };
+        let PanoramaState::Done { panorama, .. } = &entry.panorama else { return };
         let thumbnail = &panorama.thumbnail;
-        let is_this = |known: &Turned| {
-            (known.turn, known.is_ball) == (turn, is_ball) && Arc::ptr_eq(&known.of, thumbnail)
-        };
+        let is_this =
+            |known: &Turned| (known.turn, known.is_ball) == (turn, is_ball) && Arc::ptr_eq(&known.of, thumbnail);
         let turned = match self.turned.take().filter(is_this) {
             Some(turned) => turned,
             None => {
-                let small = if is_ball {
-                    thumbnail.mirror_ball(turn, BALL)
-                } else {
-                    thumbnail.turned(turn)
-                };
+                let small = if is_ball { thumbnail.mirror_ball(turn, BALL) } else { thumbnail.turned(turn) };
                 let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                 Turned {
                     of: thumbnail.clone(),
@@ -164,8 +151,7 @@ fn sides_ui(painter: &Painter, rect: Rect) {
         painter.rect_filled(tick.expand(1.0), 0.0, theme::OVER_PICTURE);
         painter.rect_filled(tick, 0.0, Color32::WHITE);
         let at = pos2(x + 4.0 * (1.0 - 2.0 * share), rect.bottom() - 5.0);
-        let galley =
-            painter.layout_no_wrap(word.into(), FontId::proportional(12.0), Color32::WHITE);
+        let galley = painter.layout_no_wrap(word.into(), FontId::proportional(12.0), Color32::WHITE);
         let place = align.anchor_size(at, galley.size());
         painter.rect_filled(place.expand2(vec2(3.0, 0.0)), 2.0, theme::OVER_PICTURE);
         painter.galley(place.min, galley, Color32::WHITE);
@@ -175,10 +161,9 @@ fn sides_ui(painter: &Painter, rect: Rect) {
 /// The rim of the mirror ball, with its left and right labelled.
 fn ball_ui(painter: &Painter, rect: Rect) {
     painter.circle_stroke(rect.center(), 0.5 * rect.width(), Stroke::new(1.0, theme::QUIET));
-    for (x, word, align) in [
-        (rect.left() + 6.0, "left", Align2::LEFT_CENTER),
-        (rect.right() - 6.0, "right", Align2::RIGHT_CENTER),
-    ] {
+    for (x, word, align) in
+        [(rect.left() + 6.0, "left", Align2::LEFT_CENTER), (rect.right() - 6.0, "right", Align2::RIGHT_CENTER)]
+    {
         let font = FontId::proportional(12.0);
         let galley = painter.layout_no_wrap(word.into(), font, Color32::WHITE);
         let place = align.anchor_size(pos2(x, rect.center().y), galley.size());
@@ -271,8 +256,6 @@ fn dot_ui(
         Stroke::new(1.5, Color32::BLACK)
     };
     ui.painter().circle(at, DOT, fill, edge);
-    let hint = format!(
-        "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°). Delete removes it."
-    );
+    let hint = format!("{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°). Delete removes it.");
     theme::hint_at_rest_ui(response, hint);
 }

@@ -61,8 +61,7 @@ const PLACED: [(&str, Unit, RangeInclusive<f32>, &str, Field); 4] = [
 fn placed_ui(ui: &mut Ui, placed: &BackgroundFile, out: &mut Vec<Command>) {
     ui.label("File");
     let name = placed.file.file_name().unwrap_or(placed.file.as_os_str()).to_string_lossy();
-    let hint =
-        format!("{}: choose another. Numbered stills: type sky.%04d.exr", shown(&placed.file));
+    let hint = format!("{}: choose another. Numbered stills: type sky.%04d.exr", shown(&placed.file));
     let width = (ui.available_width() - BESIDE).max(FIELD);
     let button = Button::new(&*name).truncate().min_size(vec2(width, 0.0));
     let button = ui.scope(|ui| {
@@ -135,11 +134,8 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
 ];
 
 /// The tone curves, with their names.
-pub const TONE_CURVES: [(ViewTransform, &str); 3] = [
-    (ViewTransform::Srgb, "sRGB"),
-    (ViewTransform::Filmic, "Filmic"),
-    (ViewTransform::Aces, "ACES"),
-];
+pub const TONE_CURVES: [(ViewTransform, &str); 3] =
+    [(ViewTransform::Srgb, "sRGB"), (ViewTransform::Filmic, "Filmic"), (ViewTransform::Aces, "ACES")];
 
 /// The name of a tone curve.
 pub fn curve_name(view: ViewTransform) -> &'static str {

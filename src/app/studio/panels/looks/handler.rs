@@ -39,9 +39,7 @@ impl StudioApp {
                 let names = self.names(id.shelf);
                 let taken = |one: &&LookName| one.is_like(&name) && **one != id.name;
                 if let Some(taken) = names.iter().find(taken) {
-                    return Err(format!(
-                        "A look named {taken} already exists. Choose another name"
-                    ));
+                    return Err(format!("A look named {taken} already exists. Choose another name"));
                 }
                 let to = LookId { shelf: id.shelf, name: name.clone() };
                 self.state.four.rename(&id, &to);
@@ -57,15 +55,12 @@ impl StudioApp {
                 self.writable(id.shelf)?;
                 let taken: Vec<LookName> = self.names(id.shelf);
                 let copy = id.name.free(&taken);
-                self.looks
-                    .act(id.shelf, move |shelf| shelf.copy(shelf, &id.name, &copy).map(|()| None));
+                self.looks.act(id.shelf, move |shelf| shelf.copy(shelf, &id.name, &copy).map(|()| None));
             }
             LooksCommand::Remove(id) => {
                 self.writable(id.shelf)?;
                 let said = format!("{} was removed. Restore it under Removed in Looks", id.name);
-                self.looks.act_and_say(id.shelf, said, move |shelf| {
-                    shelf.remove(&id.name).map(|()| None)
-                });
+                self.looks.act_and_say(id.shelf, said, move |shelf| shelf.remove(&id.name).map(|()| None));
             }
             LooksCommand::BringBack(id) => {
                 self.writable(id.shelf)?;
@@ -95,8 +90,7 @@ impl StudioApp {
         match (shelf, &self.session.read_only) {
             (Shelf::Project, Some(why)) => Err(format!("Looks cannot be stored here: {why}")),
             (Shelf::Person, _) if self.looks.shelf(shelf).is_none() => {
-                Err("No settings folder on this system: looks for all projects cannot be stored"
-                    .to_owned())
+                Err("No settings folder on this system: looks for all projects cannot be stored".to_owned())
             }
             _ => Ok(()),
         }
@@ -127,9 +121,7 @@ impl StudioApp {
             Shelf::Person => format!("{} is kept for all projects", id.name),
             Shelf::Project => format!("{} is stored in this project", id.name),
         };
-        self.looks.act_and_say(to, said, move |shelf| {
-            shelf.copy(&from, &id.name, &id.name).map(|()| None)
-        });
+        self.looks.act_and_say(to, said, move |shelf| shelf.copy(&from, &id.name, &id.name).map(|()| None));
         Ok(())
     }
 
@@ -160,8 +152,7 @@ impl StudioApp {
                     app.show_look(look.clone());
                     // Without a name that is valid for a folder, the look is only applied.
                     if let (Some(name), Ok(())) = (name, app.writable(Shelf::Project)) {
-                        (app.looks)
-                            .act(Shelf::Project, move |shelf| shelf.store(&name, &look).map(Some));
+                        (app.looks).act(Shelf::Project, move |shelf| shelf.store(&name, &look).map(Some));
                     }
                 }
                 Err(e) => app.status.refuse(e.to_string()),
@@ -205,9 +196,9 @@ impl StudioApp {
         let file = file.map(shown);
         if look.environment.namesake_in(list).is_some() {
             let with = file.unwrap_or_else(|| "another environment".to_owned());
-            return self.status.advise(format!(
-                "\u{201c}{name}\u{201d} is a different file here; the look was made with {with}"
-            ));
+            return self
+                .status
+                .advise(format!("\u{201c}{name}\u{201d} is a different file here; the look was made with {with}"));
         }
         if !name.is_empty() {
             let place = file.map_or(String::new(), |file| format!(", {file}"));
@@ -245,9 +236,7 @@ impl StudioApp {
 
     /// Writes a thumbnail of the picture on screen for the version that it shows, if that has none.
     fn draw_look(&mut self) {
-        let (Some((id, number)), Some(relit)) = (&self.looks.current, &self.preview.relit) else {
-            return;
-        };
+        let (Some((id, number)), Some(relit)) = (&self.looks.current, &self.preview.relit) else { return };
         let version = self.looks.version(id, Some(*number));
         let state = &self.state;
         let is_missing = version.is_some_and(|version| version.picture.is_none());
@@ -257,8 +246,7 @@ impl StudioApp {
         }
         let whole = relit.coarse == 1 && !relit.rgb.is_empty() && relit.solo.is_empty();
         let scene = &relit.scene;
-        let as_exported =
-            scene.viewing.is_neutral() && scene.effects.inspection == Inspection::Picture;
+        let as_exported = scene.viewing.is_neutral() && scene.effects.inspection == Inspection::Picture;
         let is_its = version.is_some_and(|version| version.look.is(&state.look, state.frame));
         if !whole || !as_exported || !is_its || *scene != state.scene_of(&state.look) {
             return;
@@ -268,11 +256,7 @@ impl StudioApp {
         if light.is_none_or(|light| light.name != relit.environment) {
             return;
         }
-        let picture = SrgbPicture {
-            width: relit.rgb_size[0],
-            height: relit.rgb_size[1],
-            rgb: relit.rgb.clone(),
-        };
+        let picture = SrgbPicture { width: relit.rgb_size[0], height: relit.rgb_size[1], rgb: relit.rgb.clone() };
         let (name, number, shelf) = (id.name.clone(), *number, id.shelf);
         // One attempt only: if writing fails now, it would fail in every frame.
         self.looks.drawn = self.looks.current.clone();

@@ -106,10 +106,7 @@ impl LooksPanel {
                     heading_ui(ui, title);
                 }
                 for look in looks.looks(shelf) {
-                    let id = LookId {
-                        shelf,
-                        name: look.name.clone(),
-                    };
+                    let id = LookId { shelf, name: look.name.clone() };
                     self.look_ui(ui, &id, look, context, out);
                 }
             }
@@ -131,9 +128,7 @@ impl LooksPanel {
                 .hint_text("Name")
                 .desired_width(ui.available_width() - STORE - 16.0);
             let response = ui.add(field);
-            response.widget_info(|| {
-                WidgetInfo::labeled(egui::Role::TextInput, true, "Name of the look")
-            });
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, true, "Name of the look"));
             let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let name = LookName::new(&self.name);
             let named = self.named.as_ref().filter(|id| {

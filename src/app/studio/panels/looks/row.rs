@@ -12,8 +12,8 @@ use crate::stored_looks::{LookId, Shelf};
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
-    Button, Color32, FontId, Id, Key, Painter, Rect, Response, RichText, Role, Sense, TextEdit, Ui,
-    UiBuilder, Vec2, WidgetInfo, pos2, vec2,
+    Button, Color32, FontId, Id, Key, Painter, Rect, Response, RichText, Role, Sense, TextEdit, Ui, UiBuilder, Vec2,
+    WidgetInfo, pos2, vec2,
 };
 
 /// Height of a look's row, and of a version's, in points.
@@ -42,9 +42,7 @@ impl LooksPanel {
         context: &PanelContext,
         out: &mut Vec<Command>,
     ) {
-        let Some(newest) = look.versions.first() else {
-            return;
-        };
+        let Some(newest) = look.versions.first() else { return };
         if self.renaming.as_ref().is_some_and(|one| one.of == *id) {
             return self.rename_ui(ui, out);
         }
@@ -87,14 +85,7 @@ impl LooksPanel {
         }
     }
 
-    fn version_ui(
-        &mut self,
-        ui: &mut Ui,
-        id: &LookId,
-        version: &LookVersion,
-        chosen: bool,
-        out: &mut Vec<Command>,
-    ) {
+    fn version_ui(&mut self, ui: &mut Ui, id: &LookId, version: &LookVersion, chosen: bool, out: &mut Vec<Command>) {
         let number = version.number;
         let name = format!("Version {number}");
         let text = RowText {
@@ -136,8 +127,7 @@ impl LooksPanel {
             let update = LooksCommand::Update(id.clone());
             entry(ui, can_write && !chosen, "Update with the current look", update);
             if ui.add_enabled(can_write, Button::new("Rename…")).clicked() {
-                self.renaming =
-                    Some(Renaming { of: id.clone(), typed: id.name.to_string(), begun: false });
+                self.renaming = Some(Renaming { of: id.clone(), typed: id.name.to_string(), begun: false });
             }
             entry(ui, can_write, "Duplicate", LooksCommand::Duplicate(id.clone()));
             let is_open = self.open.contains(id);
@@ -159,15 +149,12 @@ impl LooksPanel {
             entry(ui, can_write, "Remove", LooksCommand::Remove(id.clone()));
         });
         let button = menu.0.on_hover_text("Actions on this look");
-        button
-            .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More for {called}")));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More for {called}")));
     }
 
     /// The field for a new name: Enter confirms, Escape cancels.
     fn rename_ui(&mut self, ui: &mut Ui, out: &mut Vec<Command>) {
-        let Some(renaming) = &mut self.renaming else {
-            return;
-        };
+        let Some(renaming) = &mut self.renaming else { return };
         let field = TextEdit::singleline(&mut renaming.typed)
             .id(Id::unique("another name of the look"))
             .desired_width(f32::INFINITY);
@@ -239,13 +226,7 @@ fn row_ui(
 }
 
 /// A line of text, cut at `width` points.
-fn line(
-    painter: &Painter,
-    words: &str,
-    size: f32,
-    color: Color32,
-    width: f32,
-) -> std::sync::Arc<egui::Galley> {
+fn line(painter: &Painter, words: &str, size: f32, color: Color32, width: f32) -> std::sync::Arc<egui::Galley> {
     let font = FontId::proportional(size);
     let mut job = egui::text::LayoutJob::simple(words.to_owned(), font, color, width);
     job.wrap.max_rows = 1;

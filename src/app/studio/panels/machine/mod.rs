@@ -31,9 +31,7 @@ pub fn machine_ui(ui: &Ui, context: &PanelContext, machine: &Machine, out: &mut 
             buttons_ui(ui, context, machine, out);
             if let Some(report) = &machine.report {
                 ui.add_space(GAP);
-                ScrollArea::both()
-                    .auto_shrink(false)
-                    .show(ui, |ui| markdown_ui(ui, &report.markdown()));
+                ScrollArea::both().auto_shrink(false).show(ui, |ui| markdown_ui(ui, &report.markdown()));
             }
         });
     if !open {
@@ -82,15 +80,12 @@ fn markdown_ui(ui: &mut Ui, text: &str) {
             ui.add_space(GAP);
             ui.label(RichText::new(title).strong());
         } else if line.starts_with('|') {
-            Grid::new(("machine table", at)).striped(true).spacing([2.0 * GAP, 2.0]).show(
-                ui,
-                |ui| {
-                    row_ui(ui, line, true);
-                    while let Some((_, line)) = lines.next_if(|(_, line)| line.starts_with('|')) {
-                        row_ui(ui, line, false);
-                    }
-                },
-            );
+            Grid::new(("machine table", at)).striped(true).spacing([2.0 * GAP, 2.0]).show(ui, |ui| {
+                row_ui(ui, line, true);
+                while let Some((_, line)) = lines.next_if(|(_, line)| line.starts_with('|')) {
+                    row_ui(ui, line, false);
+                }
+            });
             ui.add_space(GAP);
         } else if !line.is_empty() && !line.starts_with("# ") {
             ui.add(Label::new(quiet(&plain(line))).wrap());

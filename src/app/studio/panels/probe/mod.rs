@@ -86,9 +86,7 @@ impl ProbePanel {
     /// The light in the ball, the lamps, and the circle's settings.
     fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         self.upload(ui, context);
-        let Some(shown) = &self.shown else {
-            return;
-        };
+        let Some(shown) = &self.shown else { return };
         let (study, panorama) = (shown.study.clone(), shown.panorama.id());
         let marks = marks(&study, context.state.shoot.photograph);
         ui.add_space(GAP);
@@ -100,9 +98,7 @@ impl ProbePanel {
         ui.painter().image(panorama, rect, whole, Color32::WHITE);
         theme::focus_ui(ui, rect, &response);
         let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
-        response.on_hover_text(
-            "The mirror ball's light as a panorama; its centre is behind the subject",
-        );
+        response.on_hover_text("The mirror ball's light as a panorama; its centre is behind the subject");
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
@@ -117,13 +113,7 @@ impl ProbePanel {
     }
 
     /// The circle in numbers, and the buttons that set it.
-    fn circle_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        study: &ProbeView,
-        out: &mut Vec<Command>,
-    ) {
+    fn circle_ui(&mut self, ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &mut Vec<Command>) {
         let circle = context.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
         let reset = || Command::Look(LookCommand::Circle(None));
@@ -169,11 +159,7 @@ impl ProbePanel {
             }
             let idle = context.status.job.is_none();
             let calibrate = theme::main_button(idle, "Calibrate");
-            if ui
-                .add_enabled(idle, calibrate)
-                .on_hover_text("Calibrates with this circle. Key: Ctrl+Enter")
-                .clicked()
-            {
+            if ui.add_enabled(idle, calibrate).on_hover_text("Calibrates with this circle. Key: Ctrl+Enter").clicked() {
                 out.push(Command::Calibration(CalibrationCommand::Start));
             }
         });
@@ -223,10 +209,8 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
         };
         let label = ui.label("Photograph");
         let shown = context.state.shoot.photograph;
-        let list = egui::ComboBox::from_id_salt("photograph")
-            .selected_text(name(shown))
-            .width(120.0)
-            .show_ui(ui, |ui| {
+        let list =
+            egui::ComboBox::from_id_salt("photograph").selected_text(name(shown)).width(120.0).show_ui(ui, |ui| {
                 for lamp in std::iter::once(None).chain((0..study.lamps.len()).map(Some)) {
                     if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
                         out.push(Command::View(ViewCommand::Photograph(lamp)));
@@ -234,8 +218,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
                 }
             });
         list.response.labelled_by(label.id);
-        for (text, step, hint) in [("Previous", -1, "Key: Page Up"), ("Next", 1, "Key: Page Down")]
-        {
+        for (text, step, hint) in [("Previous", -1, "Key: Page Up"), ("Next", 1, "Key: Page Down")] {
             if ui.button(text).on_hover_text(hint).clicked() {
                 out.push(Command::View(ViewCommand::StepPhotograph(step)));
             }
@@ -253,11 +236,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
         (Err(_), _) => "Not measured".to_owned(),
     };
     let rows = [
-        (
-            "Rim error",
-            rim,
-            "Distance of the rim from the circle (RMS), and how much of it is visible",
-        ),
+        ("Rim error", rim, "Distance of the rim from the circle (RMS), and how much of it is visible"),
         (
             "Clipped",
             counted(study.clipped_pixels, "pixel"),
@@ -268,11 +247,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
             format!("{:.1} % of the sphere", 100.0 * study.blind_share),
             "Behind the ball, or outside the photograph",
         ),
-        (
-            "Filled in",
-            format!("{:.1} % of the light", 100.0 * study.filled_share),
-            "Light filled in behind the ball",
-        ),
+        ("Filled in", format!("{:.1} % of the light", 100.0 * study.filled_share), "Light filled in behind the ball"),
         ("Lamps", study.lamps.len().to_string(), "Numbered in the order of their files"),
     ];
     egui::Grid::new("figures").num_columns(1).spacing([GAP, 1.0]).show(ui, |ui| {
@@ -294,21 +269,17 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView, context: &PanelContext, out: &mut
     if study.findings.is_empty() && found.is_empty() {
         return;
     }
-    egui::ScrollArea::vertical()
-        .id_salt("findings")
-        .max_height(HEIGHT)
-        .auto_shrink([false, true])
-        .show(ui, |ui| {
-            let wrong = study.findings.iter().map(|finding| (finding.as_str(), theme::WARNING));
-            for (sentence, color) in wrong.chain(found) {
-                let sentence = context.with_lamp_titles(sentence);
-                let text = RichText::new(sentence).size(12.0).color(color);
-                let line = ui.add(Label::new(text).sense(Sense::click()));
-                if line.on_hover_text("Opens Checks, with the remedy").clicked() {
-                    out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
-                }
+    egui::ScrollArea::vertical().id_salt("findings").max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        let wrong = study.findings.iter().map(|finding| (finding.as_str(), theme::WARNING));
+        for (sentence, color) in wrong.chain(found) {
+            let sentence = context.with_lamp_titles(sentence);
+            let text = RichText::new(sentence).size(12.0).color(color);
+            let line = ui.add(Label::new(text).sense(Sense::click()));
+            if line.on_hover_text("Opens Checks, with the remedy").clicked() {
+                out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
             }
-        });
+        }
+    });
 }
 
 /// The lamps as a table. Returns the clicked one's number.
@@ -316,35 +287,26 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usi
     let mut hit = None;
     row_ui(ui, ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"], false, theme::QUIET);
     let brightest = (study.lamps.iter()).map(luminance).fold(f32::MIN_POSITIVE, f32::max);
-    egui::ScrollArea::vertical().auto_shrink(false).show_rows(
-        ui,
-        ROW,
-        study.lamps.len(),
-        |ui, rows| {
-            ui.spacing_mut().item_spacing.y = 0.0;
-            for (number, seen) in study.lamps.iter().enumerate().skip(rows.start).take(rows.len()) {
-                let lamp = &seen.lamp;
-                let direction = lamp.direction;
-                let cells = [
-                    lamp_title(&lamp.name),
-                    format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
-                    format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
-                    format!("{:.1} %", 100.0 * luminance(seen) / brightest),
-                    format!("{:.0} %", 100.0 * lamp.confidence),
-                ];
-                let color = if lamp.confidence < 0.5 { theme::WARNING } else { theme::TEXT };
-                let response =
-                    row_ui(ui, cells.each_ref().map(String::as_str), chosen == Some(number), color);
-                let hint = format!(
-                    "energy {:.3?} in red, green and blue; spread {:.1}°",
-                    lamp.energy, lamp.spread_deg
-                );
-                if response.on_hover_text(hint).clicked() {
-                    hit = Some(number);
-                }
+    egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, study.lamps.len(), |ui, rows| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        for (number, seen) in study.lamps.iter().enumerate().skip(rows.start).take(rows.len()) {
+            let lamp = &seen.lamp;
+            let direction = lamp.direction;
+            let cells = [
+                lamp_title(&lamp.name),
+                format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
+                format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
+                format!("{:.1} %", 100.0 * luminance(seen) / brightest),
+                format!("{:.0} %", 100.0 * lamp.confidence),
+            ];
+            let color = if lamp.confidence < 0.5 { theme::WARNING } else { theme::TEXT };
+            let response = row_ui(ui, cells.each_ref().map(String::as_str), chosen == Some(number), color);
+            let hint = format!("energy {:.3?} in red, green and blue; spread {:.1}°", lamp.energy, lamp.spread_deg);
+            if response.on_hover_text(hint).clicked() {
+                hit = Some(number);
             }
-        },
-    );
+        }
+    });
     hit
 }
 

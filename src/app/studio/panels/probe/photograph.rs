@@ -5,10 +5,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::widgets::sphere::{self, Mark};
 use crate::theme::{self, GAP};
 use calibration::Circle;
-use egui::{
-    Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
-    pos2, vec2,
-};
+use egui::{Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2, pos2, vec2};
 use worker::ProbeView;
 
 /// Points from a handle within which it can be grabbed.
@@ -80,10 +77,7 @@ impl Photograph {
         let view = context.state.viewport.view;
         let points_per_pixel = (room / size).min_elem() * view.zoom;
         let center = rect.center() + Vec2::from(view.pan);
-        let placement = Placement {
-            rect: Rect::from_center_size(center, size * points_per_pixel),
-            points_per_pixel,
-        };
+        let placement = Placement { rect: Rect::from_center_size(center, size * points_per_pixel), points_per_pixel };
         let painter = ui.painter().with_clip_rect(rect);
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         painter.image(picture, placement.rect, whole, Color32::WHITE);
@@ -101,11 +95,7 @@ impl Photograph {
         theme::focus_ui(ui, rect, &response);
         self.gestures(ui, &response, rect, placement, circle, out);
         let places: Vec<Pos2> = (study.lamps.iter())
-            .map(|lamp| {
-                lamp.on_ball.map_or(pos2(-1e6, -1e6), |[x, y]| {
-                    placement.point([f64::from(x), f64::from(y)])
-                })
-            })
+            .map(|lamp| lamp.on_ball.map_or(pos2(-1e6, -1e6), |[x, y]| placement.point([f64::from(x), f64::from(y)])))
             .collect();
         for (mark, at) in sphere::in_order(marks, &places) {
             sphere::mark_ui(&painter, at, mark, false);
@@ -152,8 +142,7 @@ impl Photograph {
                 }
             }
         }
-        if let (Some(points), true, Some(at)) =
-            (&mut self.points, response.clicked(), response.interact_pointer_pos())
+        if let (Some(points), true, Some(at)) = (&mut self.points, response.clicked(), response.interact_pointer_pos())
         {
             points.push(placement.pixel(at));
             if let [a, b, c] = points[..] {
@@ -180,21 +169,15 @@ impl Photograph {
             let delta = whole.unwrap_or(moved);
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.dragged {
-                Some(DragTarget::Center) => {
-                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
-                        by: [pixels(delta.x), pixels(delta.y)],
-                        radius: 0.0,
-                    }))
-                }
-                Some(DragTarget::Rim(angle)) => {
-                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
-                        by: [0.0; 2],
-                        radius: pixels(delta.dot(Vec2::angled(angle))),
-                    }))
-                }
-                Some(DragTarget::Picture) => {
-                    out.push(Command::View(ViewCommand::Pan(delta.into())))
-                }
+                Some(DragTarget::Center) => out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                    by: [pixels(delta.x), pixels(delta.y)],
+                    radius: 0.0,
+                })),
+                Some(DragTarget::Rim(angle)) => out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                    by: [0.0; 2],
+                    radius: pixels(delta.dot(Vec2::angled(angle))),
+                })),
+                Some(DragTarget::Picture) => out.push(Command::View(ViewCommand::Pan(delta.into()))),
                 None => {}
             }
         }
@@ -204,15 +187,7 @@ impl Photograph {
     }
 
     /// The rim near the pointer, magnified in a corner.
-    fn loupe_ui(
-        &self,
-        ui: &Ui,
-        rect: Rect,
-        placement: Placement,
-        circle: Circle,
-        picture: TextureId,
-        size: Vec2,
-    ) {
+    fn loupe_ui(&self, ui: &Ui, rect: Rect, placement: Placement, circle: Circle, picture: TextureId, size: Vec2) {
         let side = LOUPE_SIDE.min(0.4 * rect.width().min(rect.height()));
         let corner = pos2(rect.left() + 1.5 * GAP, rect.bottom() - side - 1.5 * GAP);
         let loupe = Rect::from_min_size(corner, Vec2::splat(side));
@@ -228,27 +203,16 @@ impl Photograph {
             let window = |at: Pos2| loupe.min + (at - shown.min) * scale;
             let to = Rect::from_min_max(window(part.min), window(part.max));
             let uv = |at: Pos2| (at.to_vec2() / size).to_pos2();
-            painter.image(
-                picture,
-                to,
-                Rect::from_min_max(uv(part.min), uv(part.max)),
-                Color32::WHITE,
-            );
+            painter.image(picture, to, Rect::from_min_max(uv(part.min), uv(part.max)), Color32::WHITE);
         }
         // egui draws a circle this large with visible corners, so the arc is drawn point by point.
         let radius = circle.radius_px as f32 * scale;
         let center = loupe.center() - Vec2::angled(self.looked_at) * radius;
         let reach = (side / radius).min(std::f32::consts::PI);
-        let arc = (-24..=24)
-            .map(|i| center + Vec2::angled(self.looked_at + reach * i as f32 / 24.0) * radius)
-            .collect();
+        let arc =
+            (-24..=24).map(|i| center + Vec2::angled(self.looked_at + reach * i as f32 / 24.0) * radius).collect();
         painter.line(arc, Stroke::new(1.0, theme::ACCENT));
-        ui.painter().rect_stroke(
-            loupe,
-            0.0,
-            Stroke::new(1.0, Color32::from_gray(150)),
-            egui::StrokeKind::Outside,
-        );
+        ui.painter().rect_stroke(loupe, 0.0, Stroke::new(1.0, Color32::from_gray(150)), egui::StrokeKind::Outside);
         let note = format!("rim ×{:.0}", scale / placement.points_per_pixel);
         ui.painter().text(
             loupe.left_top() + vec2(5.0, 3.0),
@@ -279,15 +243,8 @@ fn circle_ui(painter: &egui::Painter, placement: Placement, circle: Circle) {
     for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
         painter.line_segment([center - 6.0 * direction, center + 6.0 * direction], stroke);
         for end in [-1.0, 1.0] {
-            let handle =
-                Rect::from_center_size(center + end * radius * direction, Vec2::splat(8.0));
-            painter.rect(
-                handle,
-                1.0,
-                theme::ACCENT,
-                Stroke::new(1.0, Color32::BLACK),
-                egui::StrokeKind::Outside,
-            );
+            let handle = Rect::from_center_size(center + end * radius * direction, Vec2::splat(8.0));
+            painter.rect(handle, 1.0, theme::ACCENT, Stroke::new(1.0, Color32::BLACK), egui::StrokeKind::Outside);
         }
     }
 }

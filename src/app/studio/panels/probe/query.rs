@@ -55,8 +55,7 @@ impl CalibrationAnalysis {
     pub fn ask(&mut self, project: &Project, state: &State, wake: impl Fn() + Send + 'static) {
         let calibrations = self.calibrations;
         let study = |stop| CalibrationStudy::new(project.root.clone(), stop);
-        let mut studied =
-            state.panes.drawn.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
+        let mut studied = state.panes.drawn.iter().filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
         let active = studied.clone().find(|&&pane| pane == state.panes.active);
         match active.or(studied.next()) {
             Some(Pane::Probe) => {

@@ -10,8 +10,8 @@ use crate::panels::widgets::notice::quiet_ui;
 use crate::theme::{self, GAP};
 use base::files::shown;
 use egui::{
-    Align2, Button, Color32, CursorIcon, FontId, Frame, Label, Margin, Pos2, Rect, RichText, Role,
-    Sense, Ui, Vec2, WidgetInfo, vec2,
+    Align2, Button, Color32, CursorIcon, FontId, Frame, Label, Margin, Pos2, Rect, RichText, Role, Sense, Ui, Vec2,
+    WidgetInfo, vec2,
 };
 
 /// Least width of a card in points, and its first frame's height over its width.
@@ -39,13 +39,7 @@ pub fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-fn card_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    recent: &Recent,
-    width: f32,
-    out: &mut Vec<Command>,
-) {
+fn card_ui(ui: &mut Ui, context: &PanelContext, recent: &Recent, width: f32, out: &mut Vec<Command>) {
     let open = Command::Project(ProjectCommand::Open(recent.folder.clone()));
     let frame = Frame::new().fill(theme::CARD).corner_radius(4);
     frame.show(ui, |ui| {

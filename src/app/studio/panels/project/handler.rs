@@ -59,12 +59,7 @@ impl StudioApp {
             },
             ProjectCommand::MakeDemo(folder) => {
                 let project = worker::demo::project_folder(&folder);
-                let job = Job::Demo {
-                    folder,
-                    prepare: true,
-                    minutes: worker::demo::MINUTES,
-                    device: self.device,
-                };
+                let job = Job::Demo { folder, prepare: true, minutes: worker::demo::MINUTES, device: self.device };
                 self.make(job, project, vec![]);
             }
             ProjectCommand::Locate(folder) => {
@@ -88,12 +83,7 @@ impl StudioApp {
     }
 
     /// The same, and shows a workspace chosen by the project.
-    fn open_folder_in(
-        &mut self,
-        folder: &Path,
-        agreed: bool,
-        workspace: fn(&Project) -> Option<Workspace>,
-    ) {
+    fn open_folder_in(&mut self, folder: &Path, agreed: bool, workspace: fn(&Project) -> Option<Workspace>) {
         let folder = folder.to_path_buf();
         let read = move || Project::open(&folder).map(|project| (workspace(&project), project));
         self.errand(read, move |app, opened| match opened {
@@ -201,9 +191,7 @@ impl StudioApp {
         change: impl FnOnce(&mut Project) -> Result<T> + Send + 'static,
         then: impl FnOnce(&mut Self, T) + Send + 'static,
     ) {
-        let Some(project) = &self.session.project else {
-            return;
-        };
+        let Some(project) = &self.session.project else { return };
         if let Err(sentence) = self.session.writable().and_then(|()| self.session.idle()) {
             return self.status.refuse(sentence);
         }
@@ -224,9 +212,7 @@ impl StudioApp {
     /// configuration.
     pub(crate) fn follow_color_config(&mut self) {
         let is_back = (self.ctx).input(|i| i.events.contains(&Event::WindowFocused(true)));
-        let Some(project) = self.session.project.as_ref().filter(|_| is_back) else {
-            return;
-        };
+        let Some(project) = self.session.project.as_ref().filter(|_| is_back) else { return };
         let root = project.root.clone();
         self.errand(
             move || Project::open(&root),
@@ -242,9 +228,7 @@ impl StudioApp {
     /// Uses the OpenColorIO configuration that was read from disk.
     fn take_color_config(&mut self, read: Project) {
         let config = read.settings.color_config;
-        let Some(project) = &mut self.session.project else {
-            return;
-        };
+        let Some(project) = &mut self.session.project else { return };
         if project.root != read.root || project.settings.color_config == config {
             return;
         }
@@ -262,10 +246,7 @@ impl StudioApp {
 
     /// Changes the project's crop or lamps; `change` returns the folder of results that no longer apply. The window's settings
     /// stay.
-    fn change_inputs(
-        &mut self,
-        change: impl FnOnce(&mut Project) -> Result<Option<PathBuf>> + Send + 'static,
-    ) {
+    fn change_inputs(&mut self, change: impl FnOnce(&mut Project) -> Result<Option<PathBuf>> + Send + 'static) {
         let change = move |project: &mut Project| {
             let aside = change(project)?;
             Ok((project.clone(), aside))
@@ -277,10 +258,8 @@ impl StudioApp {
             let worker = Worker::start(project.clone(), app.device, app.wake());
             app.start(project, worker);
             if let Some(folder) = aside {
-                app.status.say(format!(
-                    "Calibrate again: the previous calibration and network are in {}",
-                    shown(&folder)
-                ));
+                app.status
+                    .say(format!("Calibrate again: the previous calibration and network are in {}", shown(&folder)));
             }
         });
     }

@@ -1,8 +1,7 @@
 //! The picture of the start page: one frame of the demo under four lights.
 
 use egui::{
-    Color32, ColorImage, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui,
-    Vec2, WidgetInfo, vec2,
+    Color32, ColorImage, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, vec2,
 };
 
 /// A part of `docs/relit.jpg`.
@@ -19,8 +18,7 @@ impl Hero {
     pub fn ui(&mut self, ui: &mut Ui, height: f32) {
         let texture = self.texture.get_or_insert_with(|| {
             // A bundled picture: tests check that it decodes.
-            let (size, rgb) =
-                imaging::file::codes_from_memory(PICTURE).unwrap_or_else(|_| ((1, 1), vec![0; 3]));
+            let (size, rgb) = imaging::file::codes_from_memory(PICTURE).unwrap_or_else(|_| ((1, 1), vec![0; 3]));
             let picture = ColorImage::from_rgb(size.into(), &rgb);
             (ui.ctx()).load_texture("hero", picture, TextureOptions::LINEAR)
         });
@@ -29,12 +27,7 @@ impl Hero {
 }
 
 /// Draws a whole picture, as wide as there is room, at most `height` points high.
-pub(super) fn picture_ui(
-    ui: &mut Ui,
-    texture: &TextureHandle,
-    height: f32,
-    name: &str,
-) -> Response {
+pub(super) fn picture_ui(ui: &mut Ui, texture: &TextureHandle, height: f32, name: &str) -> Response {
     let room = vec2(ui.available_width(), height);
     let size = texture.size_vec2() * (room / texture.size_vec2()).min_elem();
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());

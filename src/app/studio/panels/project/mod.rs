@@ -34,11 +34,7 @@ pub struct ProjectPanel {
 
 impl Default for ProjectPanel {
     fn default() -> Self {
-        Self {
-            demo: "~/afterlight-demo".to_owned(),
-            hero: Hero::default(),
-            traced: Traced::default(),
-        }
+        Self { demo: "~/afterlight-demo".to_owned(), hero: Hero::default(), traced: Traced::default() }
     }
 }
 
@@ -68,13 +64,7 @@ impl ProjectPanel {
     }
 
     /// Draws the page; the picture of a demo being made is at most `height` points high.
-    fn column_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        height: f32,
-        out: &mut Vec<Command>,
-    ) {
+    fn column_ui(&mut self, ui: &mut Ui, context: &PanelContext, height: f32, out: &mut Vec<Command>) {
         if let Some(refusal) = &context.status.refusal {
             refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
@@ -113,12 +103,9 @@ impl ProjectPanel {
                 (icons::FOLDER, "Open project…", Command::Dialog(Dialog::Project)),
             ] {
                 let main = icon == icons::ADD && context.session.project.is_none();
-                let button = if main {
-                    theme::main_button(true, format!("{icon} {words}"))
-                } else {
-                    Button::new((icon, words))
-                }
-                .min_size(vec2(132.0, 28.0));
+                let button =
+                    if main { theme::main_button(true, format!("{icon} {words}")) } else { Button::new((icon, words)) }
+                        .min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
                     out.push(command);
                 }
@@ -135,10 +122,7 @@ impl ProjectPanel {
 
     fn demo_ui(&mut self, ui: &mut Ui, out: &mut Vec<Command>) {
         ui.strong("Demo");
-        quiet_ui(
-            ui,
-            "No shoot of your own? The demo makes one in a few minutes and 20 MB, ready to be relit.",
-        );
+        quiet_ui(ui, "No shoot of your own? The demo makes one in a few minutes and 20 MB, ready to be relit.");
         ui.horizontal(|ui| {
             let label = ui.label("Folder");
             let field = TextEdit::singleline(&mut self.demo).desired_width(360.0);
@@ -155,9 +139,7 @@ impl ProjectPanel {
 
 /// True for the start page: no project, no plan for one, and no job that makes one.
 fn is_start(context: &PanelContext) -> bool {
-    context.session.project.is_none()
-        && context.picker.wizard.plan().is_none()
-        && context.status.job.is_none()
+    context.session.project.is_none() && context.picker.wizard.plan().is_none() && context.status.job.is_none()
 }
 
 /// The open project.

@@ -7,9 +7,7 @@ use crate::panels::project::plan::{Brought, Plan};
 use crate::panels::widgets::notice::quiet_ui;
 use crate::theme::{self, GAP};
 use base::files::shown;
-use egui::{
-    Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2,
-};
+use egui::{Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2};
 use footage::candidate::{Candidate, Slot};
 use footage::gathered::Misfit;
 use worker::SrgbPicture;
@@ -20,13 +18,7 @@ const THUMBNAIL: f32 = 48.0;
 const NAMES: f32 = 120.0;
 
 /// The rows. Changes of `plan` go into `changed`.
-pub fn parts_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    plan: &Plan,
-    changed: &mut Plan,
-    out: &mut Vec<Command>,
-) {
+pub fn parts_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, changed: &mut Plan, out: &mut Vec<Command>) {
     let is_dragging = ui.input(|input| !input.raw.hovered_files.is_empty());
     let edge = if is_dragging { Stroke::new(2.0, theme::ACCENT) } else { Stroke::NONE };
     let well = egui::Frame::new().fill(theme::WELL).stroke(edge);
@@ -60,9 +52,7 @@ fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
     let (now, at) = ui.input(|input| (input.time, input.events.iter().find_map(moved)));
     let row = at.and_then(|at| rows.iter().find(|(_, rect)| rect.contains(at)));
     for part in &mut changed.parts {
-        let Some(landed) = part.landed_s else {
-            continue;
-        };
+        let Some(landed) = part.landed_s else { continue };
         let is_over = now - landed > LANDING_S;
         if let (Some((slot, _)), false) = (row, is_over) {
             part.slot = Some(*slot);
@@ -74,13 +64,7 @@ fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
 }
 
 /// One kind of part: its files, or a description of what belongs there.
-fn kind_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    slot: Slot,
-    changed: &mut Plan,
-    out: &mut Vec<Command>,
-) {
+fn kind_ui(ui: &mut Ui, context: &PanelContext, slot: Slot, changed: &mut Plan, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.allocate_ui(vec2(NAMES, 0.0), |ui| {
             ui.set_width(NAMES);
@@ -142,9 +126,7 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<Misfit>, changed: &mut P
             quiet_ui(ui, &candidate.found);
             let why = match (one.part.slot, candidate.guess) {
                 (None, Some(_)) => Some("Guessed".to_owned()),
-                (Some(said), Some(guess)) if said != guess => {
-                    Some(format!("Looks like “{}”", guess.name()))
-                }
+                (Some(said), Some(guess)) if said != guess => Some(format!("Looks like “{}”", guess.name())),
                 (None, None) => Some("Unclear".to_owned()),
                 _ => None,
             };
@@ -156,9 +138,7 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<Misfit>, changed: &mut P
                 ui.add(egui::Label::new(RichText::new(text).color(theme::WARNING)).wrap());
                 let name = one.part.path.file_name().unwrap_or_default().to_string_lossy();
                 let words = format!("Use {name} anyway");
-                if misfit.is_guess
-                    && icons::named_ui(ui, true, Button::new("Use it anyway"), &words).clicked()
-                {
+                if misfit.is_guess && icons::named_ui(ui, true, Button::new("Use it anyway"), &words).clicked() {
                     let part = changed.parts.iter_mut().find(|part| part.path == one.part.path);
                     part.into_iter().for_each(|part| part.anyway = true);
                 }
@@ -176,8 +156,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
         let room = (ui.available_width() - 190.0).max(80.0);
         ui.allocate_ui(vec2(room, 20.0), |ui| {
             ui.set_width(room);
-            ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate())
-                .on_hover_text(shown(path));
+            ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate()).on_hover_text(shown(path));
         });
         let chosen = one.slot();
         let list = ComboBox::from_id_salt(("slot", path)).width(130.0);
@@ -189,8 +168,7 @@ fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
             }
         });
         let words = format!("Kind of {name}");
-        (list.response)
-            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &words));
+        (list.response).widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &words));
         if now != chosen {
             let part = changed.parts.iter_mut().find(|part| part.path == *path);
             part.into_iter().for_each(|part| (part.slot, part.anyway) = (now, false));
@@ -213,8 +191,7 @@ fn thumbnails_ui(ui: &mut Ui, candidate: &Candidate) {
         let Thumbnail(texture) = kept.unwrap_or_else(|| {
             let picture = SrgbPicture::from_picture(picture);
             let pixels = ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
-            let texture =
-                (ui.ctx()).load_texture("thumbnail", pixels, egui::TextureOptions::LINEAR);
+            let texture = (ui.ctx()).load_texture("thumbnail", pixels, egui::TextureOptions::LINEAR);
             let made = Thumbnail(texture);
             ui.data_mut(|data| data.insert_temp(id, made.clone()));
             made

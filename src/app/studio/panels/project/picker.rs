@@ -16,11 +16,7 @@ pub struct ProjectPicker {
 
 impl ProjectPicker {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self {
-            recents: Recents::default(),
-            wizard: Wizard::default(),
-            made: Arc::new(Latest::new(wake)),
-        }
+        Self { recents: Recents::default(), wizard: Wizard::default(), made: Arc::new(Latest::new(wake)) }
     }
 
     /// Ends the plan and rereads the recent projects, after a project was opened.

@@ -114,12 +114,7 @@ fn unreadable(folder: PathBuf, sentence: String) -> Scan {
     Scan {
         folder,
         name: String::new(),
-        lines: vec![Line {
-            part: "Shoot",
-            found: String::new(),
-            lack: Some(sentence),
-            needed: true,
-        }],
+        lines: vec![Line { part: "Shoot", found: String::new(), lack: Some(sentence), needed: true }],
         frames: 0,
         poses: 0,
         lamps: 0,
@@ -223,12 +218,10 @@ impl Wizard {
     /// Scans the shoot's folder if it changed, and takes in the result.
     pub fn look(&mut self, wake: impl Fn() + Clone + Send + 'static) {
         self.look_at_brought(wake.clone());
-        let shoot =
-            self.plan.as_ref().and_then(|plan| Some((typed(&plan.shoot)?, plan.layer.clone())));
+        let shoot = self.plan.as_ref().and_then(|plan| Some((typed(&plan.shoot)?, plan.layer.clone())));
         if let Some(shoot) = shoot {
-            self.scans.ask(shoot, wake, |_| {
-                |(folder, layer): &(PathBuf, Option<String>)| Ok(scan(folder, layer.as_deref()))
-            });
+            self.scans
+                .ask(shoot, wake, |_| |(folder, layer): &(PathBuf, Option<String>)| Ok(scan(folder, layer.as_deref())));
         }
         if let Some(((folder, _), found)) = self.scans.answers().last() {
             self.scan = Some(found.unwrap_or_else(|sentence| unreadable(folder, sentence)));
@@ -242,12 +235,8 @@ impl Wizard {
             let mut found = found.unwrap_or_else(failed);
             // A folder may contain several parts, or be one itself.
             found.dedup_by(|a, b| a.path == b.path);
-            let Some(plan) = self.plan.as_mut().filter(|plan| plan.layer == layer) else {
-                continue;
-            };
-            let Some(at) = plan.parts.iter().position(|part| part.path == path) else {
-                continue;
-            };
+            let Some(plan) = self.plan.as_mut().filter(|plan| plan.layer == layer) else { continue };
+            let Some(at) = plan.parts.iter().position(|part| part.path == path) else { continue };
             let dropped = plan.parts.remove(at);
             let mut at = at;
             for candidate in found {
@@ -314,8 +303,7 @@ impl Wizard {
             }
             (root()?.join(MAP), gathered::lamps(&self.gathered()))
         } else {
-            let shoot =
-                typed(&plan.shoot).ok_or("Choose the shoot's folder, or bring its parts")?;
+            let shoot = typed(&plan.shoot).ok_or("Choose the shoot's folder, or bring its parts")?;
             let scan = self.scan().ok_or("The shoot's folder is still being scanned")?;
             if !scan.is_complete() {
                 return Err("The shoot is incomplete: see the marks above");

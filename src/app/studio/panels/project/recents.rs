@@ -31,21 +31,14 @@ impl Recent {
             Err("The folder is missing: it was moved, or its disk is not connected".to_owned())
         };
         match opened {
-            Ok(project) => {
-                Self { folder, name: project.settings.name, trouble: None, opened: None }
-            }
+            Ok(project) => Self { folder, name: project.settings.name, trouble: None, opened: None },
             Err(sentence) => Self::unreadable(folder, sentence),
         }
     }
 
     fn unreadable(folder: PathBuf, sentence: String) -> Self {
         let called = folder.file_name().unwrap_or_default();
-        Self {
-            name: called.to_string_lossy().into_owned(),
-            folder,
-            trouble: Some(sentence),
-            opened: None,
-        }
+        Self { name: called.to_string_lossy().into_owned(), folder, trouble: Some(sentence), opened: None }
     }
 }
 
@@ -72,9 +65,7 @@ impl Recents {
 
     /// True if every project's first frame was tried.
     pub fn are_drawn(&self) -> bool {
-        let known = |recent: &Recent| {
-            recent.trouble.is_some() || self.thumbnails.contains_key(&recent.folder)
-        };
+        let known = |recent: &Recent| recent.trouble.is_some() || self.thumbnails.contains_key(&recent.folder);
         self.list.iter().all(known)
     }
 
@@ -112,9 +103,7 @@ impl Recents {
             let small = read.ok().map(|codes| texture(ctx, "first frame", &codes));
             self.thumbnails.insert(folder, small);
         }
-        let missing = |recent: &&Recent| {
-            recent.trouble.is_none() && !self.thumbnails.contains_key(&recent.folder)
-        };
+        let missing = |recent: &&Recent| recent.trouble.is_none() && !self.thumbnails.contains_key(&recent.folder);
         let next = self.list.iter().find(missing);
         if let Some(next) = next
             && !self.frames.is_waiting()
@@ -128,10 +117,7 @@ impl Recents {
 fn first_frame(folder: &Path) -> Result<SrgbPicture> {
     let project = Project::open(folder)?;
     if project.settings.shoot.frames.is_empty() {
-        return Err(Error::invalid(
-            "the interview has no frames",
-            "Import a shoot with an interview",
-        ));
+        return Err(Error::invalid("the interview has no frames", "Import a shoot with an interview"));
     }
     thumbnail(&project.frame_picture(0), THUMBNAIL_PX)
 }

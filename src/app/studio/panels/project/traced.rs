@@ -29,9 +29,7 @@ impl Traced {
 
     /// Draws the newest picture, at most `height` points high.
     pub fn ui(&mut self, ui: &mut Ui, height: f32) {
-        let Some(folder) = &self.folder else {
-            return;
-        };
+        let Some(folder) = &self.folder else { return };
         let time = ui.input(|input| input.time);
         let ctx = ui.ctx().clone();
         let mut last = None;
@@ -45,9 +43,7 @@ impl Traced {
             let texture = ui.ctx().load_texture("traced", picture, TextureOptions::LINEAR);
             self.shown = Some((file, texture));
         }
-        let Some((file, texture)) = &self.shown else {
-            return;
-        };
+        let Some((file, texture)) = &self.shown else { return };
         let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
         picture_ui(ui, texture, height, &name).on_hover_text(name);
     }
@@ -64,11 +60,8 @@ fn newest(shoot: &Path, last: &mut Option<PathBuf>) -> Result<Option<(PathBuf, C
         let written: SystemTime = file.metadata().ok()?.modified().ok()?;
         file.extension().is_some_and(|end| end == "png").then_some((written, file))
     });
-    let Some((_, file)) = written.max().filter(|(_, file)| last.as_ref() != Some(file)) else {
-        return Ok(None);
-    };
-    let bytes = std::fs::read(&file)
-        .map_err(|e| Error::io("read", &file, e, "Check that the disk is there"))?;
+    let Some((_, file)) = written.max().filter(|(_, file)| last.as_ref() != Some(file)) else { return Ok(None) };
+    let bytes = std::fs::read(&file).map_err(|e| Error::io("read", &file, e, "Check that the disk is there"))?;
     let (size, rgb) = codes_from_memory(&bytes)?;
     *last = Some(file.clone());
     Ok(Some((file, ColorImage::from_rgb(size.into(), &rgb))))
@@ -90,12 +83,7 @@ mod tests {
             std::fs::create_dir_all(file.parent().unwrap()).unwrap();
             imaging::file::write_png(&file, &picture).unwrap();
             let written = SystemTime::now() + Duration::from_secs(60 * minutes);
-            std::fs::File::options()
-                .write(true)
-                .open(&file)
-                .unwrap()
-                .set_modified(written)
-                .unwrap();
+            std::fs::File::options().write(true).open(&file).unwrap().set_modified(written).unwrap();
             let (found, shown) = newest(folder.path(), &mut last).unwrap().unwrap();
             assert_eq!((found, shown.size), (file, [3, 2]));
             assert!(newest(folder.path(), &mut last).unwrap().is_none());

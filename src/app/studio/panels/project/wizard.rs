@@ -101,15 +101,12 @@ fn found_ui(ui: &mut Ui, scan: &Scan) {
     egui::Frame::new().fill(theme::WELL).corner_radius(4).inner_margin(1.5 * GAP).show(ui, |ui| {
         ui.set_width(ui.available_width());
         ui.spacing_mut().interact_size.y = 18.0;
-        Grid::new("found").num_columns(3).min_col_width(16.0).spacing([1.5 * GAP, 5.0]).show(
-            ui,
-            |ui| {
-                for line in &scan.lines {
-                    line_ui(ui, line);
-                    ui.end_row();
-                }
-            },
-        );
+        Grid::new("found").num_columns(3).min_col_width(16.0).spacing([1.5 * GAP, 5.0]).show(ui, |ui| {
+            for line in &scan.lines {
+                line_ui(ui, line);
+                ui.end_row();
+            }
+        });
     });
 }
 
@@ -120,9 +117,7 @@ fn line_ui(ui: &mut Ui, line: &Line) {
         (Some(_), true) => (icons::WARNING, theme::WARNING, "missing"),
     };
     let tick = ui.colored_label(color, mark);
-    tick.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::Label, true, format!("{}: {says}", line.part))
-    });
+    tick.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("{}: {says}", line.part)));
     ui.label(line.part);
     ui.vertical(|ui| {
         ui.spacing_mut().item_spacing.y = 1.0;
@@ -163,10 +158,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         if let Some((width, height)) = scan.picture
             && width.min(height) < plan.size
         {
-            quiet_ui(
-                ui,
-                &format!("The frames are {width} × {height}: a larger size adds no detail"),
-            );
+            quiet_ui(ui, &format!("The frames are {width} × {height}: a larger size adds no detail"));
         }
     });
     row_ui(ui, "", |ui, _| quiet_ui(ui, &cost(scan, plan)));
@@ -188,8 +180,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         });
     }
     row_ui(ui, "Name", |ui, name| {
-        let field =
-            TextEdit::singleline(&mut changed.name).hint_text(&scan.name).desired_width(240.0);
+        let field = TextEdit::singleline(&mut changed.name).hint_text(&scan.name).desired_width(240.0);
         ui.add(field).labelled_by(name);
     });
     row_ui(ui, "Folder", |ui, name| {

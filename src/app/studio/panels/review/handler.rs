@@ -30,18 +30,9 @@ impl StudioApp {
     }
 
     /// Measures the network against the truth, or writes the results as a page.
-    fn review_network(
-        &self,
-        truth: Option<PathBuf>,
-        fresh: bool,
-        report: Option<PathBuf>,
-    ) -> Result<(), String> {
-        let settings = ReviewSettings {
-            truth: truth.or_else(|| self.readers.review.truth()),
-            fresh,
-            report,
-            device: self.device,
-        };
+    fn review_network(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) -> Result<(), String> {
+        let settings =
+            ReviewSettings { truth: truth.or_else(|| self.readers.review.truth()), fresh, report, device: self.device };
         self.session.run(|project| Job::Review { project: project.root.clone(), settings })
     }
 
@@ -51,8 +42,7 @@ impl StudioApp {
 
     /// True if undo and redo apply to verdicts and notes: there are some, and a review pane is active.
     pub(crate) fn judges(&self) -> bool {
-        matches!(self.state.panes.active, Pane::Review | Pane::Lamps)
-            && self.readers.review.has_history()
+        matches!(self.state.panes.active, Pane::Review | Pane::Lamps) && self.readers.review.has_history()
     }
 
     /// Undoes or redoes the last verdict or note.
@@ -125,8 +115,7 @@ impl StudioApp {
     /// True if the key that switches between two pictures applies to those of a cell: a cell is visible, and the
     /// picture beside it is not the active pane.
     pub(crate) fn flips_cell(&self) -> bool {
-        let beside =
-            self.state.panes.active == Pane::Picture && self.state.panes.shows(Pane::Lamps);
+        let beside = self.state.panes.active == Pane::Picture && self.state.panes.shows(Pane::Lamps);
         let failed = matches!(self.readers.review.cell, Some(Err(_)));
         self.state.review.cell.is_some() && !failed && !beside
     }

@@ -3,10 +3,7 @@
 use super::verdict;
 use crate::panels::lamp_title;
 use crate::theme;
-use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2,
-    pos2, vec2,
-};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use evaluation::review::{Case, Marks, Metric, Review, badness, heat};
 use imaging::color::byte_from_unit;
 
@@ -47,10 +44,7 @@ impl MapUi<'_> {
                 theme::focus_ui(ui, rect, &response);
                 let cell = |at: Pos2| -> Option<(usize, usize)> {
                     let place = (at - origin) / steps;
-                    let inside = place.x >= 0.0
-                        && place.y >= 0.0
-                        && place.x < columns as f32
-                        && place.y < rows as f32;
+                    let inside = place.x >= 0.0 && place.y >= 0.0 && place.x < columns as f32 && place.y < rows as f32;
                     inside.then_some((place.y as usize, place.x as usize))
                 };
                 let pressed = response.interact_pointer_pos().filter(|_| response.clicked());
@@ -65,8 +59,7 @@ impl MapUi<'_> {
 
     fn says(&self, (case, lamp): (usize, usize)) -> String {
         let (case, name) = (&self.review.cases[case], &self.review.lamps[lamp]);
-        let figures =
-            Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[lamp]))));
+        let figures = Metric::ALL.map(|m| format!("{} {}", m.name(), m.text(m.score(&case.cells[lamp]))));
         let seen = if case.seen { "seen in training" } else { "unseen" };
         let lamp = lamp_title(name);
         let mut text = format!("{}, {lamp}, {seen}\n{}", case.name, figures.join("  "));
@@ -100,8 +93,7 @@ impl MapUi<'_> {
                 pos2(left, origin.y - 3.0 - height),
                 pos2(left + column - gap(column), origin.y - 3.0),
             );
-            let color =
-                if self.solo.contains(&lamp) { theme::ACCENT } else { Color32::from_gray(128) };
+            let color = if self.solo.contains(&lamp) { theme::ACCENT } else { Color32::from_gray(128) };
             painter.rect_filled(bar, 0.0, color);
         }
     }

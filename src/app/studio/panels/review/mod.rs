@@ -59,9 +59,7 @@ impl ReviewPanel {
             }
             Some(Ok(kept)) => kept,
         };
-        let Some(review) = &kept.review else {
-            return empty_ui(ui, context, kept, out);
-        };
+        let Some(review) = &kept.review else { return empty_ui(ui, context, kept, out) };
         buttons_ui(ui, context, Some(kept), out);
         if let Some(what) = kept.outdated {
             let changed = format!("This was measured before {what} changed. Measure again.");
@@ -90,8 +88,7 @@ impl ReviewPanel {
         ui.add_space(GAP);
         match chosen {
             Some(cell) => {
-                let ui_of_chosen =
-                    ChosenUi { review, cell, marks: &context.readers.review.marks, metric };
+                let ui_of_chosen = ChosenUi { review, cell, marks: &context.readers.review.marks, metric };
                 ui_of_chosen.ui(ui, out);
             }
             None => chosen::next_ui(ui, out),
@@ -143,12 +140,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut V
     buttons_ui(ui, context, Some(kept), out);
 }
 
-fn buttons_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    kept: Option<&SavedReview>,
-    out: &mut Vec<Command>,
-) {
+fn buttons_ui(ui: &mut Ui, context: &PanelContext, kept: Option<&SavedReview>, out: &mut Vec<Command>) {
     let idle = context.status.job.is_none();
     let able = idle && context.is_live();
     let why = match (idle, context.is_live()) {
@@ -156,14 +148,13 @@ fn buttons_ui(
         (_, false) => "Train the network first.",
         _ => "",
     };
-    let mut button =
-        |ui: &mut Ui, text: &str, main: bool, able: bool, hint: &str, command: Command| {
-            let button = if main { theme::main_button(able, text) } else { Button::new(text) };
-            let response = ui.add_enabled(able, button);
-            if response.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
-                out.push(command);
-            }
-        };
+    let mut button = |ui: &mut Ui, text: &str, main: bool, able: bool, hint: &str, command: Command| {
+        let button = if main { theme::main_button(able, text) } else { Button::new(text) };
+        let response = ui.add_enabled(able, button);
+        if response.on_hover_text(hint).on_disabled_hover_text(why).clicked() {
+            out.push(command);
+        }
+    };
     ui.horizontal_wrapped(|ui| {
         let hint = "Compares every prediction with its photograph or truth";
         button(ui, "Measure", true, able, hint, Command::Review(ReviewCommand::Measure(None)));
@@ -180,9 +171,7 @@ fn metrics_ui(ui: &mut Ui, chosen: Metric, out: &mut Vec<Command>) {
     segments_ui(ui, |ui| {
         for metric in Metric::ALL {
             let hint = match metric {
-                Metric::Flip => {
-                    "Difference that a viewer notices when flipping the pictures: 0 to 1, lower is better"
-                }
+                Metric::Flip => "Difference that a viewer notices when flipping the pictures: 0 to 1, lower is better",
                 Metric::Psnr => "Error against white in decibels: higher is better",
                 Metric::Ssim => "Similarity of structure: up to 1, higher is better",
             };
@@ -218,12 +207,7 @@ fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
 }
 
 /// The largest errors, one button each. Returns the clicked cell.
-fn worst_ui(
-    ui: &mut Ui,
-    review: &Review,
-    metric: Metric,
-    chosen: Option<(usize, usize)>,
-) -> Option<(usize, usize)> {
+fn worst_ui(ui: &mut Ui, review: &Review, metric: Metric, chosen: Option<(usize, usize)>) -> Option<(usize, usize)> {
     let mut pressed = None;
     ui.label(RichText::new("Largest errors").color(theme::QUIET));
     for cell in review.worst(metric).into_iter().take(WORST) {

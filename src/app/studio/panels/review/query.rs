@@ -6,9 +6,7 @@ use gpu::DeviceChoice;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{
-    Cell, CellPictures, CellReader, LampSheet, PredictedFrame, PreviewPicture, Query, SavedReview,
-};
+use worker::{Cell, CellPictures, CellReader, LampSheet, PredictedFrame, PreviewPicture, Query, SavedReview};
 
 /// The newest answers, and the queries for them.
 pub struct NetworkReview {
@@ -92,8 +90,7 @@ impl MarkHistory {
     /// Goes one step back or forward from the current marks. Returns the case and lamp of the change, if there was a
     /// step.
     fn travel(&mut self, back: bool, marks: &mut Marks) -> Option<[String; 2]> {
-        let (from, to) =
-            if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        let (from, to) = if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         let step = from.pop()?;
         let cell = step.cell.clone();
         to.push(MarkStep { marks: std::mem::replace(marks, step.marks), cell: step.cell });
@@ -153,20 +150,12 @@ impl NetworkReview {
         };
         let cell = cell.and_then(|(case, lamp, device)| {
             let (review, case) = (review?, review?.cases.get(case)?);
-            Some(Cell {
-                case: case.case,
-                scale: case.scale,
-                lamp,
-                truth: review.truth.clone(),
-                device,
-            })
+            Some(Cell { case: case.case, scale: case.scale, lamp, truth: review.truth.clone(), device })
         });
         let newly_asked = cell.is_some_and(|cell| {
             self.cells.ask((measurements, cell), wake.clone(), |_| {
                 let mut reader = CellReader::new(project.root.clone());
-                move |(measurements, cell): &(u64, Cell)| {
-                    reader.read(*measurements, cell).map(Arc::new)
-                }
+                move |(measurements, cell): &(u64, Cell)| reader.read(*measurements, cell).map(Arc::new)
             })
         });
         if newly_asked {

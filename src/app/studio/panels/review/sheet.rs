@@ -8,8 +8,8 @@ use crate::panels::viewport::cell::CellUi;
 use crate::panels::widgets::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
-    Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
+    Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText, Sense, Stroke,
+    StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
 use evaluation::review::{MarkedOlat, place_by_direction};
 use glam::Vec3;
@@ -35,9 +35,7 @@ impl LampSheetPanel {
             return;
         }
         let empty = match (&context.readers.review.sheet, context.relit()) {
-            _ if context.session.project.is_none() => {
-                "Open a project to see its frames under every lamp."
-            }
+            _ if context.session.project.is_none() => "Open a project to see its frames under every lamp.",
             (Some(Err(sentence)), _) => {
                 ui.colored_label(theme::WARNING, sentence);
                 return;
@@ -65,9 +63,7 @@ impl LampSheetPanel {
         let solo = &context.state.solo;
         title_ui(ui, sheet, relit, solo, out);
         self.upload(ui.ctx(), sheet);
-        let Some((_, atlas)) = &self.shown else {
-            return;
-        };
+        let Some((_, atlas)) = &self.shown else { return };
         let area = ui.available_rect_before_wrap();
         let lamps = &relit.rig.lamps;
         let directions: Vec<Vec3> = lamps.iter().map(|lamp| lamp.direction).collect();
@@ -75,9 +71,7 @@ impl LampSheetPanel {
         let frame = context.session.project.and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
-            let marked = frame
-                .as_deref()
-                .and_then(|frame| context.readers.review.marks.get(frame, &lamp.name));
+            let marked = frame.as_deref().and_then(|frame| context.readers.review.marks.get(frame, &lamp.name));
             let picture = LampPicture {
                 number,
                 lamp,
@@ -107,13 +101,7 @@ impl LampSheetPanel {
 }
 
 /// Title of the sheet, and the button that returns to the environment.
-fn title_ui(
-    ui: &mut Ui,
-    sheet: &LampSheet,
-    relit: &PreviewPicture,
-    solo: &[usize],
-    out: &mut Vec<Command>,
-) {
+fn title_ui(ui: &mut Ui, sheet: &LampSheet, relit: &PreviewPicture, solo: &[usize], out: &mut Vec<Command>) {
     let frame = sheet.frame;
     let lamps = &relit.rig.lamps;
     ui.horizontal(|ui| {
@@ -148,12 +136,7 @@ impl LampPicture<'_> {
         let id = ui.scope_id().with(("lamp", self.number));
         let response = ui.interact(self.rect, id, Sense::click());
         response.widget_info(|| {
-            egui::WidgetInfo::selected(
-                egui::Role::Button,
-                true,
-                self.chosen,
-                lamp_title(&self.lamp.name),
-            )
+            egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, lamp_title(&self.lamp.name))
         });
         self.paint(ui.painter(), atlas, response.hovered() || response.has_focus());
         response.on_hover_ui(|ui| {
@@ -229,8 +212,7 @@ impl Atlas {
     /// The texture coordinates of a picture.
     fn place(&self, number: usize) -> Rect {
         let cell = vec2(1.0 / self.columns as f32, 1.0 / self.rows as f32);
-        let corner =
-            pos2((number % self.columns) as f32 * cell.x, (number / self.columns) as f32 * cell.y);
+        let corner = pos2((number % self.columns) as f32 * cell.x, (number / self.columns) as f32 * cell.y);
         Rect::from_min_size(corner, cell)
     }
 }

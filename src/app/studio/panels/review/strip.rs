@@ -8,10 +8,7 @@ use crate::panels::lamp_title;
 use crate::panels::widgets::fit::fitting;
 use crate::theme;
 use egui::text::LayoutJob;
-use egui::{
-    Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, TextFormat, Ui,
-    pos2, vec2,
-};
+use egui::{Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, TextFormat, Ui, pos2, vec2};
 use evaluation::review::{Case, CaseScores, Review};
 
 /// In points: a thumbnail, the gap between two, the height of a line below them.
@@ -34,9 +31,7 @@ pub fn strip_ui(ui: &mut Ui, review: &Review, context: &PanelContext, out: &mut 
         let first = (visible.left() / step).max(0.0) as usize;
         let count = (visible.width() / step).max(0.0) as usize + 2;
         for (place, &(index, mean)) in cases.iter().enumerate().skip(first).take(count) {
-            let Some(case) = review.cases.get(index) else {
-                continue;
-            };
+            let Some(case) = review.cases.get(index) else { continue };
             let lamp = review.worst_lamp(metric, index);
             // A pose is lit by single lamps only. Its thumbnail is under the lamp that a click leads to.
             let thumbnail = match case.case {
@@ -82,16 +77,12 @@ impl CaseItem<'_> {
         let id = ui.scope_id().with(("case", &self.case.name));
         let response = ui.interact(self.rect, id, Sense::click());
         let name = format!("{}: mean {}", self.case.name, self.figure);
-        response.widget_info(|| {
-            egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &name)
-        });
+        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &name));
         self.paint(ui.painter(), context, response.hovered());
         theme::focus_ui(ui, self.rect.expand(1.0), &response);
         let clicked = response.clicked();
         let seen = if self.case.seen { "seen in training" } else { "unseen" };
-        response.on_hover_text(format!(
-            "{name}, {seen}. Click to see it under its worst lamp, {worst_lamp}."
-        ));
+        response.on_hover_text(format!("{name}, {seen}. Click to see it under its worst lamp, {worst_lamp}."));
         clicked
     }
 

@@ -12,36 +12,24 @@ const WORST: usize = 8;
 
 /// Expected errors of frames, and the button that estimates them.
 pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(Ok(kept)) = &context.readers.review.saved else {
-        return;
-    };
+    let Some(Ok(kept)) = &context.readers.review.saved else { return };
     ui.label(RichText::new("Frames without truth").color(theme::QUIET));
     match &kept.confidence {
         Err(sentence) => {
             ui.colored_label(theme::WARNING, sentence);
         }
         Ok(None) => {
-            ui.label(
-                RichText::new("Errors to expect, and frames unlike every photographed pose.")
-                    .color(theme::QUIET),
-            );
+            ui.label(RichText::new("Errors to expect, and frames unlike every photographed pose.").color(theme::QUIET));
         }
         Ok(Some((report, fits))) => {
             if !fits {
-                ui.colored_label(
-                    theme::WARNING,
-                    "Calibration or pictures have changed since. Estimate again.",
-                );
+                ui.colored_label(theme::WARNING, "Calibration or pictures have changed since. Estimate again.");
             }
             report_ui(ui, context, report, out);
         }
     }
     let able = context.status.job.is_none() && context.is_live();
-    let why = if context.status.job.is_none() {
-        "Calibrate first."
-    } else {
-        "Wait until the running job ends."
-    };
+    let why = if context.status.job.is_none() { "Calibrate first." } else { "Wait until the running job ends." };
     let button = ui.add_enabled(able, Button::new("Estimate errors"));
     if button
         .on_hover_text("Predicts each pose from the others and compares it with its photographs; seconds to a minute")
@@ -52,12 +40,7 @@ pub fn trust_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-fn report_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    report: &ConfidenceReport,
-    out: &mut Vec<Command>,
-) {
+fn report_ui(ui: &mut Ui, context: &PanelContext, report: &ConfidenceReport, out: &mut Vec<Command>) {
     let unlike = report.unlike();
     let share = format!("{} of {}", unlike.len(), counted(report.frames.len(), "frame"));
     if unlike.is_empty() {
@@ -66,11 +49,7 @@ fn report_ui(
         ui.label(format!("{share} unlike every pose. The timeline marks them."))
     };
     let mut over = context.state.viewport.doubts;
-    if ui
-        .checkbox(&mut over, "Show expected errors over the picture")
-        .on_hover_text("Key: D")
-        .changed()
-    {
+    if ui.checkbox(&mut over, "Show expected errors over the picture").on_hover_text("Key: D").changed() {
         out.push(Command::View(ViewCommand::ToggleDoubts));
     }
     let mut frame_ui = |ui: &mut Ui, text: String, frame: usize| {

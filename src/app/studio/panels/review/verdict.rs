@@ -33,10 +33,6 @@ fn button_ui(ui: &mut Ui, key: usize, mark: Mark, chosen: bool) -> Response {
     let button = Button::new(text).fill(fill).stroke(Stroke::new(1.0, color));
     let response = ui.add(button);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, &name));
-    let hint = if chosen {
-        format!("Click or press {key} again to remove it")
-    } else {
-        format!("Key: {key}")
-    };
+    let hint = if chosen { format!("Click or press {key} again to remove it") } else { format!("Key: {key}") };
     response.on_hover_text(hint)
 }

@@ -10,11 +10,8 @@ pub const REACH: f32 = 0.5;
 /// The angle of skin in the vectorscope, from +Cb towards +Cr: the I axis of NTSC.
 pub const SKIN_DEG: f32 = 123.0;
 /// Red, green and blue, as the scopes draw them.
-pub const COLORS: [Color32; 3] = [
-    Color32::from_rgb(220, 90, 80),
-    Color32::from_rgb(90, 190, 100),
-    Color32::from_rgb(90, 140, 230),
-];
+pub const COLORS: [Color32; 3] =
+    [Color32::from_rgb(220, 90, 80), Color32::from_rgb(90, 190, 100), Color32::from_rgb(90, 140, 230)];
 
 /// Pixels per 8-bit code, for each channel.
 pub type Histogram = [[u32; 256]; 3];
@@ -31,21 +28,11 @@ pub struct Codes<'a> {
 impl<'a> Codes<'a> {
     /// Codes of a picture of `size` columns and rows, every `step`th row. The region is given in a picture of `whole`
     /// columns and rows.
-    pub fn new(
-        rgb: &'a [u8],
-        size: [usize; 2],
-        (region, whole): (Option<Region>, [usize; 2]),
-        step: usize,
-    ) -> Self {
+    pub fn new(rgb: &'a [u8], size: [usize; 2], (region, whole): (Option<Region>, [usize; 2]), step: usize) -> Self {
         let all = Region { left: 0, top: 0, right: size[0], bottom: size[1] };
         let region = region.and_then(|region| region.inside(whole));
         let region = region.and_then(|region| region.scaled(whole, size).inside(size));
-        Self {
-            pixels: rgb.as_chunks().0,
-            columns: size[0],
-            of: region.unwrap_or(all),
-            step: step.max(1),
-        }
+        Self { pixels: rgb.as_chunks().0, columns: size[0], of: region.unwrap_or(all), step: step.max(1) }
     }
 
     fn rows(&self) -> impl Iterator<Item = &'a [[u8; 3]]> {
@@ -116,9 +103,8 @@ pub fn waveform(codes: &Codes, size: [usize; 2]) -> ColorImage {
     let [columns, rows] = size;
     let mut counts = vec![0u32; columns * rows];
     let places = codes.columns(columns);
-    let [red, green, blue] = [0, 1, 2].map(|channel| {
-        table(|code| luminance(std::array::from_fn(|c| if c == channel { code } else { 0.0 })))
-    });
+    let [red, green, blue] = [0, 1, 2]
+        .map(|channel| table(|code| luminance(std::array::from_fn(|c| if c == channel { code } else { 0.0 }))));
     for line in codes.rows() {
         for (place, &[r, g, b]) in places.iter().zip(line) {
             let luma = red[usize::from(r)] + green[usize::from(g)] + blue[usize::from(b)];
@@ -167,9 +153,8 @@ pub fn chroma([r, g, b]: [f32; 3]) -> [f32; 2] {
 /// Count of each chroma: Cb to the right, Cr up.
 pub fn vectorscope(codes: &Codes, side: usize) -> ColorImage {
     let mut counts = vec![0u32; side * side];
-    let [red, green, blue] = [0, 1, 2].map(|channel| {
-        table(|code| chroma(std::array::from_fn(|c| if c == channel { code } else { 0.0 })))
-    });
+    let [red, green, blue] =
+        [0, 1, 2].map(|channel| table(|code| chroma(std::array::from_fn(|c| if c == channel { code } else { 0.0 }))));
     let place = |share: f32| {
         let place = (0.5 + 0.5 * share / REACH) * (side - 1) as f32 + 0.5;
         (place as usize).min(side - 1)
@@ -181,10 +166,8 @@ pub fn vectorscope(codes: &Codes, side: usize) -> ColorImage {
     }
     // Grey pixels do not set the scale: they would hide everything else.
     let middle = side / 2;
-    let colored = counts
-        .iter()
-        .enumerate()
-        .filter(|(i, _)| (i / side).abs_diff(middle) > 1 || (i % side).abs_diff(middle) > 1);
+    let colored =
+        counts.iter().enumerate().filter(|(i, _)| (i / side).abs_diff(middle) > 1 || (i % side).abs_diff(middle) > 1);
     let most = colored.map(|(_, &count)| count).max().unwrap_or(0);
     let grey = |count: u32| {
         let share = shade(count, most).min(1.0);
@@ -214,9 +197,7 @@ mod tests {
         assert!(histogram(&codes).iter().flatten().all(|&count| count == 2));
         let waveform = waveform(&codes, SIZE);
         let [columns, levels] = SIZE;
-        let brightest = |column: usize| {
-            (0..levels).max_by_key(|level| waveform.pixels[level * columns + column].r())
-        };
+        let brightest = |column: usize| (0..levels).max_by_key(|level| waveform.pixels[level * columns + column].r());
         assert_eq!(brightest(0), Some(levels - 1));
         assert_eq!(brightest(columns - 1), Some(0));
         let mut counts = histogram(&codes);

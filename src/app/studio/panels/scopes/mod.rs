@@ -16,13 +16,10 @@ use crate::panels::widgets::names::short;
 use crate::panels::widgets::rows::segments_ui;
 use crate::region::{Region, counted_rows};
 use crate::theme::{self, GAP};
-use counts::{
-    COLORS, Codes, Histogram, REACH, SKIN_DEG, chroma, clipped, histogram, parade, vectorscope,
-    waveform,
-};
+use counts::{COLORS, Codes, Histogram, REACH, SKIN_DEG, chroma, clipped, histogram, parade, vectorscope, waveform};
 use egui::{
-    Align, Align2, Button, Color32, FontId, Layout, Pos2, Rect, RichText, Role, Sense, Stroke,
-    StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Align, Align2, Button, Color32, FontId, Layout, Pos2, Rect, RichText, Role, Sense, Stroke, StrokeKind,
+    TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use pixel::{pixel_ui, readings_ui};
 use std::sync::Arc;
@@ -113,9 +110,7 @@ struct Found {
 
 impl ScopesPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let Some(relit) = context.relit() else {
-            return no_picture_ui(ui, context, "No picture yet", out);
-        };
+        let Some(relit) = context.relit() else { return no_picture_ui(ui, context, "No picture yet", out) };
         let region = context.state.viewport.region;
         let seen = Seen::now(ui, context, relit);
         let side = match seen {
@@ -177,9 +172,7 @@ impl ScopesPanel {
                 let chosen = self.side == side;
                 let text = RichText::new(short(&name)).size(12.0);
                 let entry = ui.selectable_label(chosen, text);
-                entry.widget_info(|| {
-                    WidgetInfo::selected(Role::Button, true, chosen, format!("Count {name}"))
-                });
+                entry.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, format!("Count {name}")));
                 if entry.on_hover_text(format!("Scopes of {name}")).clicked() {
                     self.side = side;
                 }
@@ -188,20 +181,11 @@ impl ScopesPanel {
     }
 
     /// Counts the newest picture, unless already counted. While it `moves`, counts only some rows.
-    fn count(
-        &mut self,
-        ui: &Ui,
-        relit: &Arc<PreviewPicture>,
-        (side, region): (Side, Option<Region>),
-        moves: bool,
-    ) {
-        let counted =
-            Counted { scope: self.scope, region, is_large: self.large == Some(Large::Scope), side };
+    fn count(&mut self, ui: &Ui, relit: &Arc<PreviewPicture>, (side, region): (Side, Option<Region>), moves: bool) {
+        let counted = Counted { scope: self.scope, region, is_large: self.large == Some(Large::Scope), side };
         let (rgb, size) = side.codes(relit);
         let step = counted_rows(region.map_or(size, Region::size), moves);
-        let is_this = |found: &Found| {
-            Arc::ptr_eq(&found.of, relit) && found.counted == counted && found.step <= step
-        };
+        let is_this = |found: &Found| Arc::ptr_eq(&found.of, relit) && found.counted == counted && found.step <= step;
         if self.found.as_ref().is_some_and(is_this) {
             return;
         }
@@ -273,8 +257,7 @@ impl ScopesPanel {
                         (Scale::Percent, "%", "Levels in percent of white"),
                         (Scale::Codes, "0–255", "Levels in 8-bit codes"),
                     ] {
-                        ui.selectable_value(scale, one, RichText::new(name).size(12.0))
-                            .on_hover_text(hint);
+                        ui.selectable_value(scale, one, RichText::new(name).size(12.0)).on_hover_text(hint);
                     }
                 });
             }
@@ -362,12 +345,7 @@ fn vectors_ui(ui: &mut Ui, texture: &TextureHandle, height: f32) {
     ] {
         let [cb, cr] = chroma(color);
         let at = rect.center() + radius / REACH * vec2(cb, -cr);
-        painter.rect_stroke(
-            Rect::from_center_size(at, Vec2::splat(8.0)),
-            0.0,
-            line,
-            StrokeKind::Middle,
-        );
+        painter.rect_stroke(Rect::from_center_size(at, Vec2::splat(8.0)), 0.0, line, StrokeKind::Middle);
         painter.text(at, Align2::CENTER_CENTER, name, font.clone(), theme::QUIET);
     }
 }
@@ -384,10 +362,7 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram, height: f32) {
         let line: Vec<Pos2> = (0..256)
             .map(|code| {
                 let height = (counts[code] as f32 / most).min(1.0).sqrt();
-                pos2(
-                    rect.left() + code as f32 / 255.0 * rect.width(),
-                    rect.bottom() - height * rect.height(),
-                )
+                pos2(rect.left() + code as f32 / 255.0 * rect.width(), rect.bottom() - height * rect.height())
             })
             .collect();
         ui.painter().add(egui::Shape::line(line, Stroke::new(1.0, color)));

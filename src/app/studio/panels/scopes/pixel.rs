@@ -56,11 +56,8 @@ fn lamps_ui(
     (relit, is_relit): (&PreviewPicture, bool),
     out: &mut Vec<Command>,
 ) {
-    let light: Vec<[f32; 3]> = texel
-        .iter()
-        .zip(&relit.weights)
-        .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
-        .collect();
+    let light: Vec<[f32; 3]> =
+        texel.iter().zip(&relit.weights).map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c])).collect();
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
     let heading = if is_relit {
         "Light from each lamp"
@@ -78,18 +75,14 @@ fn lamps_ui(
     for (lamp, light) in light.iter().enumerate() {
         let height = (luminance(*light) / most).clamp(0.0, 1.0) * (rect.height() - 4.0);
         let left = rect.left() + lamp as f32 * step;
-        let bar = Rect::from_min_max(
-            pos2(left, rect.bottom() - height),
-            pos2(left + (step - 1.0).max(1.0), rect.bottom()),
-        );
+        let bar =
+            Rect::from_min_max(pos2(left, rect.bottom() - height), pos2(left + (step - 1.0).max(1.0), rect.bottom()));
         let chosen = context.state.solo.contains(&lamp) || under == Some(lamp);
         let color = if chosen { theme::ACCENT } else { theme::QUIET };
         ui.painter().rect_filled(bar, 0.0, color);
     }
     theme::focus_ui(ui, rect, &response);
-    let Some(lamp) = under.filter(|&lamp| lamp < light.len()) else {
-        return;
-    };
+    let Some(lamp) = under.filter(|&lamp| lamp < light.len()) else { return };
     if response.clicked() {
         out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }

@@ -43,9 +43,7 @@ impl PixelInspector {
         shown: &[Pane],
         wake: impl Fn() + Send + 'static,
     ) {
-        let find = |(of, pixel): &Place| {
-            Ok(of.working_pixel(*pixel).and_then(|[x, y]| of.field.texel(x, y)))
-        };
+        let find = |(of, pixel): &Place| Ok(of.working_pixel(*pixel).and_then(|[x, y]| of.field.texel(x, y)));
         if shown.contains(&Pane::Scopes) {
             self.query.ask((of.clone(), pixel), wake, |_| find);
         }

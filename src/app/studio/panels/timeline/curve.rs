@@ -10,8 +10,8 @@ use crate::panel_context::PanelContext;
 use crate::panels::widgets::diamond::DIAMOND;
 use crate::theme::{self, GAP};
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape,
-    Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, Vec2,
+    WidgetInfo, pos2, vec2,
 };
 use light::keyframes::Keyframes;
 use scene::{Setting, Unit};
@@ -82,9 +82,7 @@ fn span(of: Setting, keys: &Keyframes, frames: usize) -> [f64; 2] {
     let values = along.chain(keyed).filter_map(|frame| keys.at(frame));
     let (least, most) = values
         .map(|value| of.bounded(value))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
-            (least.min(value), most.max(value))
-        });
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)));
     let room = (0.15 * (most - least)).max(f64::from(of.unit().step()));
     [least - room, most + room]
 }
@@ -112,9 +110,8 @@ impl TimelinePanel {
         }
         let plot = Plot { track, rect: rect.shrink2(vec2(0.0, 2.0)), values: self.values };
         let others = look.animation.lanes().filter(|(other, _)| *other != of);
-        let others: Vec<(Setting, Vec<Pos2>)> = others
-            .map(|(other, keys)| (other, plot.for_curve(other, keys).line(other, keys)))
-            .collect();
+        let others: Vec<(Setting, Vec<Pos2>)> =
+            others.map(|(other, keys)| (other, plot.for_curve(other, keys).line(other, keys))).collect();
         plot_ui(ui, of, (keys, &others), &plot, context.state.frame);
         let area = ui.interact(rect, ui.scope_id().with("curve"), Sense::click_and_drag());
         let tangents = self.tangents_ui(ui, context, of, &plot);
@@ -124,8 +121,7 @@ impl TimelinePanel {
                 self.key_ui(ui, context, (of, key), at, out);
             }
         }
-        let pointer =
-            area.hover_pos().filter(|_| !ui.input(|input| input.pointer.is_decidedly_dragging()));
+        let pointer = area.hover_pos().filter(|_| !ui.input(|input| input.pointer.is_decidedly_dragging()));
         let own = plot.line(of, keys);
         let under = pointer.and_then(|at| under(&others, &own, at));
         if let Some(other) = under {
@@ -159,13 +155,7 @@ impl TimelinePanel {
     }
 
     /// The tangents of the selected keys. Returns each with its key's index and the place of its knob.
-    fn tangents_ui(
-        &mut self,
-        ui: &Ui,
-        context: &PanelContext,
-        of: Setting,
-        plot: &Plot,
-    ) -> Vec<(usize, Side, Pos2)> {
+    fn tangents_ui(&mut self, ui: &Ui, context: &PanelContext, of: Setting, plot: &Plot) -> Vec<(usize, Side, Pos2)> {
         let look = &context.state.look;
         let keys = look.keys(of);
         let painter = ui.painter().with_clip_rect(plot.rect.expand(KNOB));
@@ -197,8 +187,7 @@ impl TimelinePanel {
                     Some(_) => painter.circle_filled(knob, KNOB, color),
                     None => painter.circle(knob, KNOB, theme::WELL, Stroke::new(1.5, color)),
                 };
-                response
-                    .on_hover_text(format!("{name}: drag it. Alt leaves the other side unchanged"));
+                response.on_hover_text(format!("{name}: drag it. Alt leaves the other side unchanged"));
                 knobs.push((index, side, knob));
             }
         }
@@ -230,12 +219,7 @@ impl TimelinePanel {
             let all = all.map(|key| (of, *key, plot.at(key.frame, key.value)));
             match (knob, nearest(all, from)) {
                 (Some((index, side, _)), _) => {
-                    self.drag = Some(KeyDrag::Tangent {
-                        of,
-                        index: *index,
-                        side: *side,
-                        before: keys.clone(),
-                    });
+                    self.drag = Some(KeyDrag::Tangent { of, index: *index, side: *side, before: keys.clone() });
                 }
                 (None, Some((_, key))) => {
                     self.selection = self.selection.within(of);
@@ -250,16 +234,8 @@ impl TimelinePanel {
         {
             match &self.drag {
                 Some(KeyDrag::Keys { key, before, selection }) => {
-                    let frames = if modifiers.shift {
-                        0.0
-                    } else {
-                        plot.track.frame_at(to.x) as f64 - key.frame
-                    };
-                    let value = if (to.y - from.y).abs() < STILL {
-                        0.0
-                    } else {
-                        plot.value(to.y) - plot.value(from.y)
-                    };
+                    let frames = if modifiers.shift { 0.0 } else { plot.track.frame_at(to.x) as f64 - key.frame };
+                    let value = if (to.y - from.y).abs() < STILL { 0.0 } else { plot.value(to.y) - plot.value(from.y) };
                     let last = context.state.playback.frames.saturating_sub(1);
                     let (lanes, moved) = selection.moved(before, frames, value, last);
                     self.selection = moved;
@@ -301,13 +277,7 @@ fn under(others: &[(Setting, Vec<Pos2>)], own: &[Pos2], at: Pos2) -> Option<Sett
 }
 
 /// The grid, the curve, and the other lanes' curves behind it, each over its own values.
-fn plot_ui(
-    ui: &Ui,
-    of: Setting,
-    (keys, others): (&Keyframes, &[(Setting, Vec<Pos2>)]),
-    plot: &Plot,
-    frame: usize,
-) {
+fn plot_ui(ui: &Ui, of: Setting, (keys, others): (&Keyframes, &[(Setting, Vec<Pos2>)]), plot: &Plot, frame: usize) {
     let (rect, track) = (plot.rect, plot.track);
     let painter = ui.painter().with_clip_rect(rect.expand(1.0).intersect(ui.clip_rect()));
     painter.rect_filled(rect, 2.0, theme::WELL);
@@ -397,8 +367,7 @@ mod tests {
             assert!((plot.value(at.y) - value).abs() < 1e-4 && at.x == 45.0);
         }
         // A steep tangent's knob stays within the plot.
-        for (side, slope) in [(Side::Out, 1e6), (Side::In, 1e6), (Side::Out, -1e6), (Side::In, 0.0)]
-        {
+        for (side, slope) in [(Side::Out, 1e6), (Side::In, 1e6), (Side::Out, -1e6), (Side::In, 0.0)] {
             let knob = plot.knob(plot.at(4.0, 40.0), side, slope);
             assert!(plot.rect.contains(knob), "{side:?} {slope}: {knob:?}");
         }

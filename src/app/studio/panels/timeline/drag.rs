@@ -57,9 +57,7 @@ impl Side {
 /// with it, unless `alone`. A side that tangents do not shape stays unchanged.
 pub fn turned(keys: &Keyframes, index: usize, side: Side, slope: f64, alone: bool) -> Keyframes {
     let mut turned = keys.clone();
-    let Some(key) = keys.keys().get(index) else {
-        return turned;
-    };
+    let Some(key) = keys.keys().get(index) else { return turned };
     let mut slopes = [key.slope_in, key.slope_out];
     for (own, one) in slopes.iter_mut().zip(Side::BOTH) {
         if (one == side || !alone) && one.is_shaped(keys, index) {

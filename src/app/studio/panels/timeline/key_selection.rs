@@ -72,11 +72,7 @@ impl KeySelection {
     }
 
     /// The lanes with selected keys after `change`, which gets each lane and its selected frames.
-    fn changed(
-        &self,
-        animation: &Animation,
-        change: impl Fn(Setting, &mut Keyframes, &[f64]),
-    ) -> Lanes {
+    fn changed(&self, animation: &Animation, change: impl Fn(Setting, &mut Keyframes, &[f64])) -> Lanes {
         let mut lanes = Lanes::new();
         for (setting, keys) in animation.lanes() {
             let own = self.keys.iter().filter(|(of, _)| *of == setting);
@@ -92,13 +88,7 @@ impl KeySelection {
 
     /// Moves all keys by `frames`, within the first frame and `last`, and raises their values by `value`, within the
     /// range of their settings. A moved key replaces an unselected key at its new frame.
-    pub fn moved(
-        &self,
-        animation: &Animation,
-        frames: f64,
-        value: f64,
-        last: usize,
-    ) -> (Lanes, Self) {
+    pub fn moved(&self, animation: &Animation, frames: f64, value: f64, last: usize) -> (Lanes, Self) {
         let all = self.keys.iter().map(|(_, frame)| *frame);
         let earliest = all.clone().fold(f64::INFINITY, f64::min);
         let latest = all.fold(f64::NEG_INFINITY, f64::max);
@@ -132,9 +122,7 @@ impl KeySelection {
     /// Sets the interpolation from the selected keys to the next ones.
     pub fn interpolated(&self, animation: &Animation, kind: Interpolation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
-            for index in
-                selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>()
-            {
+            for index in selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>() {
                 keys.set_kind(index, kind);
             }
         })
@@ -143,9 +131,7 @@ impl KeySelection {
     /// Resets the tangents to automatic.
     pub fn with_automatic_tangents(&self, animation: &Animation) -> Lanes {
         self.changed(animation, |_, keys, selected| {
-            for index in
-                selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>()
-            {
+            for index in selected.iter().filter_map(|frame| keys.index_at(*frame)).collect::<Vec<_>>() {
                 // The key exists.
                 let _ = keys.set_slopes(index, [None, None]);
             }
@@ -181,11 +167,7 @@ impl KeySelection {
             own.interpolation = keys.interpolation;
             for (index, key) in keys.keys().iter().enumerate() {
                 if self.contains(setting, key.frame) {
-                    let key = Key {
-                        frame: key.frame - first,
-                        interpolation: Some(keys.kind(index)),
-                        ..*key
-                    };
+                    let key = Key { frame: key.frame - first, interpolation: Some(keys.kind(index)), ..*key };
                     // The frame is within the bounds of a key.
                     let _ = own.put(key);
                 }
@@ -225,9 +207,7 @@ impl Onto {
     fn target(self, of: Setting, (is_one, is_light): (bool, bool)) -> Setting {
         match (self, of) {
             (Self::Lane(Some(lane)), _) if is_one && lane.unit() == of.unit() => lane,
-            (_, Setting::Light(own, setting)) if is_light => {
-                Setting::Light(self.light().unwrap_or(own), setting)
-            }
+            (_, Setting::Light(own, setting)) if is_light => Setting::Light(self.light().unwrap_or(own), setting),
             _ => of,
         }
     }
@@ -245,9 +225,8 @@ pub fn pasted(
     (animation, lighting): (&Animation, &Lighting),
 ) -> Result<(Lanes, KeySelection), String> {
     let copy: Option<Animation> = serde_json::from_str(text).ok();
-    let copy = copy
-        .filter(|copy| !copy.is_empty())
-        .ok_or("The clipboard holds no keys. Select some and press Ctrl+C")?;
+    let copy =
+        copy.filter(|copy| !copy.is_empty()).ok_or("The clipboard holds no keys. Select some and press Ctrl+C")?;
     let is_one = copy.lanes().count() == 1;
     let light = |(of, _)| match of {
         Setting::Light(id, _) => Some(id),
@@ -389,10 +368,8 @@ mod tests {
         shaped.set_kind(1, Interpolation::Hold);
         shaped.set_slopes(1, [Some(2.0), None]).unwrap();
         source.set(YAW, shaped);
-        let lighting = Lighting {
-            placed: vec![PlacedLight { id: 1, ..PlacedLight::default() }],
-            ..Lighting::default()
-        };
+        let lighting =
+            Lighting { placed: vec![PlacedLight { id: 1, ..PlacedLight::default() }], ..Lighting::default() };
         let copied = selection(&[(YAW, 5.0), (YAW, 9.0)]).copied(&source);
         let paste = |text: &str, onto| pasted(text, 6, Onto::Lane(onto), (&source, &lighting));
         let (lanes, selected) = paste(&copied, None).unwrap();
@@ -413,17 +390,13 @@ mod tests {
         // Keys of several lanes go to their own lanes.
         let both = selection(&[(YAW, 5.0), (GLARE, 4.0)]).copied(&source);
         let (lanes, _) = paste(&both, Some(azimuth)).unwrap();
-        assert_eq!(
-            (frames(&lanes, GLARE), frames(&lanes, YAW)),
-            (vec![4.0, 6.0], vec![2.0, 5.0, 7.0, 9.0])
-        );
+        assert_eq!((frames(&lanes, GLARE), frames(&lanes, YAW)), (vec![4.0, 6.0], vec![2.0, 5.0, 7.0, 9.0]));
     }
 
     #[test]
     fn all_keys_of_a_light_go_onto_another_light() {
         let light = |id| PlacedLight { id, ..PlacedLight::default() };
-        let lighting =
-            Lighting { placed: vec![light(1), light(2), light(3)], ..Lighting::default() };
+        let lighting = Lighting { placed: vec![light(1), light(2), light(3)], ..Lighting::default() };
         let pair = |id| [LightSetting::Yaw, LightSetting::Intensity].map(|s| Setting::Light(id, s));
         let [yaw, intensity] = pair(1);
         let source = animation(&[(yaw, "2:0,5:30"), (intensity, "2:1"), (GLARE, "0:1")]);

@@ -10,8 +10,8 @@ use crate::panels::widgets::diamond::{self, DIAMOND, diamond};
 use crate::panels::widgets::numbers::computing;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Button, Color32, Layout, PointerButton, Pos2, Rect, RichText, Role, Sense, Shape,
-    Stroke, StrokeKind, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+    Align, Button, Color32, Layout, PointerButton, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, StrokeKind, Ui,
+    UiBuilder, WidgetInfo, pos2, vec2,
 };
 use light::keyframes::{Key, Keyframes};
 use scene::{Animation, Setting};
@@ -32,11 +32,7 @@ impl TimelinePanel {
             self.selection.add(of, key.frame);
         }
         self.chosen = Some(of);
-        self.drag = Some(KeyDrag::Keys {
-            key,
-            before: animation.clone(),
-            selection: self.selection.clone(),
-        });
+        self.drag = Some(KeyDrag::Keys { key, before: animation.clone(), selection: self.selection.clone() });
     }
 
     /// The lanes with their keys, which can be selected, dragged and shaped.
@@ -49,9 +45,7 @@ impl TimelinePanel {
     ) {
         let lanes = lanes(context);
         let rows = self.names_ui(ui, context, gutter, out);
-        let Some(first) = rows.first() else {
-            return;
-        };
+        let Some(first) = rows.first() else { return };
         let bottom = ui.clip_rect().bottom();
         let across = track.across.expand(DIAMOND);
         let down = first.top()..=first.top().max(bottom).max(first.top() + ROW * rows.len() as f32);
@@ -117,10 +111,8 @@ impl TimelinePanel {
             if self.chosen == Some(of) {
                 ui.painter().rect_filled(left, 2.0, ui.visuals().faint_bg_color);
             }
-            let beside = UiBuilder::new()
-                .id_salt(("lane", of))
-                .max_rect(left)
-                .layout(Layout::right_to_left(Align::Center));
+            let beside =
+                UiBuilder::new().id_salt(("lane", of)).max_rect(left).layout(Layout::right_to_left(Align::Center));
             // A separate child, so that it does not make the lane higher.
             self.name_ui(&mut ui.new_child(beside), context, of, out);
             rows.push(row);
@@ -128,13 +120,7 @@ impl TimelinePanel {
         rows
     }
 
-    fn name_ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        of: Setting,
-        out: &mut Vec<Command>,
-    ) {
+    fn name_ui(&mut self, ui: &mut Ui, context: &PanelContext, of: Setting, out: &mut Vec<Command>) {
         let look = &context.state.look;
         let title = of.title(&look.lighting);
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -187,9 +173,7 @@ impl TimelinePanel {
                     ui.close();
                 }
             });
-            let hint = format!(
-                "{title}: click to choose or release the lane, double-click to select its keys"
-            );
+            let hint = format!("{title}: click to choose or release the lane, double-click to select its keys");
             response.on_hover_text(hint).id
         });
         field.labelled_by(named.inner);
@@ -218,11 +202,7 @@ impl TimelinePanel {
         if response.clicked() {
             (self.curves, self.chosen) = (!is_on, Some(of));
         }
-        response.on_hover_text(if is_on {
-            "Show the lanes again"
-        } else {
-            "Show the curve: drag keys and tangents"
-        });
+        response.on_hover_text(if is_on { "Show the lanes again" } else { "Show the curve: drag keys and tangents" });
     }
 
     /// A key's diamond: a click selects it and goes to its frame.
@@ -286,9 +266,7 @@ impl TimelinePanel {
         out: &mut Vec<Command>,
     ) {
         let at = area.interact_pointer_pos().filter(|_| area.double_clicked());
-        let Some((at, (of, keys))) = at.and_then(|at| Some((at, lane_at(at)?))) else {
-            return;
-        };
+        let Some((at, (of, keys))) = at.and_then(|at| Some((at, lane_at(at)?))) else { return };
         let frame = track.frame_at(at.x) as f64;
         let mut keys = keys.clone();
         let value = of.bounded(keys.at(frame).unwrap_or_default());
@@ -323,8 +301,7 @@ impl TimelinePanel {
                 None => self.boxed = Some([from; 2]),
             }
         }
-        if let (Some(KeyDrag::Keys { key, before, selection }), Some(to)) =
-            (&self.drag, area.interact_pointer_pos())
+        if let (Some(KeyDrag::Keys { key, before, selection }), Some(to)) = (&self.drag, area.interact_pointer_pos())
             && area.dragged_by(PointerButton::Primary)
         {
             let frames = track.frame_at(to.x) as f64 - key.frame;
@@ -345,9 +322,7 @@ impl TimelinePanel {
         area: &egui::Response,
         keys: impl Iterator<Item = (Setting, f64, Pos2)>,
     ) {
-        let Some([from, to]) = &mut self.boxed else {
-            return;
-        };
+        let Some([from, to]) = &mut self.boxed else { return };
         if let Some(now) = area.interact_pointer_pos() {
             *to = now;
         }
@@ -382,10 +357,7 @@ pub fn lanes<'a>(context: &'a PanelContext) -> Vec<(Setting, &'a Keyframes)> {
 }
 
 /// The key drawn at a position, if any.
-pub fn nearest(
-    keys: impl Iterator<Item = (Setting, Key, Pos2)>,
-    pos: Pos2,
-) -> Option<(Setting, Key)> {
+pub fn nearest(keys: impl Iterator<Item = (Setting, Key, Pos2)>, pos: Pos2) -> Option<(Setting, Key)> {
     let far = |at: Pos2| at.distance(pos);
     let near = keys.filter(|(.., at)| far(*at) <= 1.6 * DIAMOND);
     let nearest = near.min_by(|(.., a), (.., b)| far(*a).total_cmp(&far(*b)));

@@ -18,8 +18,8 @@ use crate::state::State;
 use crate::theme::{self, GAP};
 use drag::{KeyDrag, push_changed};
 use egui::{
-    Button, CursorIcon, Event, Key, Label, Modifiers, PointerButton, Pos2, Rangef, Rect, RichText,
-    ScrollArea, Stroke, Ui, UiBuilder, pos2, vec2,
+    Button, CursorIcon, Event, Key, Label, Modifiers, PointerButton, Pos2, Rangef, Rect, RichText, ScrollArea, Stroke,
+    Ui, UiBuilder, pos2, vec2,
 };
 use key_selection::{KeySelection, Onto, pasted};
 use scene::{Animation, Setting};
@@ -87,11 +87,8 @@ impl TimelinePanel {
             })
             .inner
         });
-        let (gutter, top) = if is_wide {
-            (buttons.inner.max(BUTTONS) + GAP, area.top())
-        } else {
-            (NARROW_NAMES, head.bottom())
-        };
+        let (gutter, top) =
+            if is_wide { (buttons.inner.max(BUTTONS) + GAP, area.top()) } else { (NARROW_NAMES, head.bottom()) };
         // Leaves room for the scroll bar.
         let across = Rangef::new(area.left() + gutter + HANDLE, area.right() - HANDLE - GAP);
         let bar = Rect::from_x_y_ranges(across.expand(HANDLE), top..=top + scrub::HEIGHT);
@@ -171,13 +168,7 @@ impl TimelinePanel {
     }
 
     /// The frames in sight: zoomed and panned by wheel and pointer, and moved to the current frame when that changes.
-    fn track(
-        &mut self,
-        ui: &Ui,
-        state: &State,
-        (area, lanes): (Rect, f32),
-        across: Rangef,
-    ) -> Track {
+    fn track(&mut self, ui: &Ui, state: &State, (area, lanes): (Rect, f32), across: Rangef) -> Track {
         if self.drawn.1 != state.playback.frames {
             self.sight = None;
         }
@@ -312,8 +303,7 @@ impl TimelinePanel {
 fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let state = context.state;
     let last = state.playback.frames.saturating_sub(1);
-    let (icon, name) =
-        if state.playback.playing { (icons::PAUSE, "Pause") } else { (icons::PLAY, "Play") };
+    let (icon, name) = if state.playback.playing { (icons::PAUSE, "Pause") } else { (icons::PLAY, "Play") };
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for (icon, name, enabled, key, command) in [
@@ -322,8 +312,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             (icons::NEXT, "Next frame", state.frame < last, "→", ViewCommand::StepFrame(1)),
         ] {
             let hint = format!("{name}. Key: {key}");
-            if icons::named_ui(ui, enabled, icons::alone(icon), name).on_hover_text(hint).clicked()
-            {
+            if icons::named_ui(ui, enabled, icons::alone(icon), name).on_hover_text(hint).clicked() {
                 out.push(Command::View(command));
             }
         }
@@ -338,8 +327,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let seconds = state.frame as f64 / state.playback.frame_rate;
     ui.label(format!("0–{last}")).on_hover_text(format!("{} frames", state.playback.frames));
     if let Some(number) = state.plate_number(state.frame) {
-        ui.label(format!("plate {number}"))
-            .on_hover_text("Number in the name of the interview's file");
+        ui.label(format!("plate {number}")).on_hover_text("Number in the name of the interview's file");
     }
     ui.label(RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
         .on_hover_text(format!("{} frames a second", state.playback.frame_rate));

@@ -5,8 +5,8 @@ use crate::command::{Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{
-    Align2, Color32, CornerRadius, CursorIcon, FontId, PointerButton, Rangef, Rect, Role, Sense,
-    Stroke, Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, CornerRadius, CursorIcon, FontId, PointerButton, Rangef, Rect, Role, Sense, Stroke, Ui,
+    WidgetInfo, pos2, vec2,
 };
 
 /// Width of an in or out handle in points.
@@ -22,13 +22,7 @@ pub const HEIGHT: f32 = RULER + BAR + CACHE + 2.0;
 const NUMBER: f32 = 32.0;
 
 /// Draws the scrub bar. Marks predicted frames, which play without waiting.
-pub fn scrub_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    track: &Track,
-    rect: Rect,
-    out: &mut Vec<Command>,
-) {
+pub fn scrub_ui(ui: &mut Ui, context: &PanelContext, track: &Track, rect: Rect, out: &mut Vec<Command>) {
     let state = context.state;
     let id = ui.scope_id().with("scrub bar");
     let response = ui.interact(rect, id, Sense::click_and_drag());
@@ -66,10 +60,8 @@ pub fn scrub_ui(
         let text = number.map_or(frame.to_string(), |number| format!("{frame} · plate {number}"));
         hovered_ui(ui, rect, track.x(frame as f64), text);
         let unlike = trust.and_then(|report| {
-            let found = report
-                .unlike()
-                .into_iter()
-                .find(|unlike| (unlike.frame..unlike.frame + report.every).contains(&frame));
+            let found =
+                report.unlike().into_iter().find(|unlike| (unlike.frame..unlike.frame + report.every).contains(&frame));
             Some(report.times(found?))
         });
         if let Some(times) = unlike {
@@ -108,9 +100,7 @@ fn lines(track: &Track, frames: impl Iterator<Item = usize>) -> Vec<Rangef> {
 
 /// A mark above the ruler for the part of the clip in sight; none if the whole clip is.
 fn overview_ui(ui: &Ui, track: &Track, rect: Rect) {
-    let Some(sight) = track.sight() else {
-        return;
-    };
+    let Some(sight) = track.sight() else { return };
     let whole = Rect::from_x_y_ranges(track.across, rect.top()..=rect.top() + OVERVIEW);
     let x = |frame: f64| whole.left() + whole.width() * (frame / track.frames as f64) as f32;
     let shown = Rangef::new(x(sight.from), x(sight.from + sight.frames));
@@ -148,8 +138,7 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
             continue;
         }
         let outwards = if is_in { -1.0 } else { 1.0 };
-        let across =
-            Rangef::new(edge.min(edge + outwards * HANDLE), edge.max(edge + outwards * HANDLE));
+        let across = Rangef::new(edge.min(edge + outwards * HANDLE), edge.max(edge + outwards * HANDLE));
         let rect = Rect::from_x_y_ranges(across, bar.expand(2.0));
         let id = ui.scope_id().with(name);
         let response = ui.interact(rect, id, Sense::click_and_drag());
@@ -170,25 +159,16 @@ fn handles_ui(ui: &Ui, context: &PanelContext, track: &Track, bar: Rangef, out: 
         }
         theme::focus_ui(ui, rect.expand(2.0), &response);
         // Within the range if there is room, otherwise outside.
-        let (x, inwards) = if is_wide {
-            (edge - outwards * 4.0, true)
-        } else {
-            (edge + outwards * (HANDLE + 4.0), false)
-        };
+        let (x, inwards) =
+            if is_wide { (edge - outwards * 4.0, true) } else { (edge + outwards * (HANDLE + 4.0), false) };
         if is_wide || track.across.expand(HANDLE).contains(x + outwards * NUMBER) {
             let align = if is_in == inwards { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
             let font = FontId::proportional(12.0);
             painter.text(pos2(x, bar.center()), align, frame, font, theme::TEXT);
         }
-        if let Some(to) =
-            response.interact_pointer_pos().filter(|_| response.dragged_by(PointerButton::Primary))
-        {
+        if let Some(to) = response.interact_pointer_pos().filter(|_| response.dragged_by(PointerButton::Primary)) {
             let cut = track.cut_at(to.x - outwards * 0.5 * HANDLE);
-            let frames = if is_in {
-                (cut.min(last), last)
-            } else {
-                (first, cut.saturating_sub(1).max(first))
-            };
+            let frames = if is_in { (cut.min(last), last) } else { (first, cut.saturating_sub(1).max(first)) };
             if frames != (first, last) {
                 out.push(Command::Look(LookCommand::Range(Some(frames))));
             }

@@ -61,8 +61,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             (Some(_), true) => "Estimated from steps timed on this machine.",
             (Some(_), false) => "Estimated from another network's steps on this machine.",
         };
-        let response =
-            response.on_hover_text(format!("{network}, {}. {known}", steps(&cost, limited)));
+        let response = response.on_hover_text(format!("{network}, {}. {known}", steps(&cost, limited)));
         if response.clicked() && enabled && !chosen {
             out.push(Command::Look(LookCommand::Training(wanted)));
         }
@@ -117,35 +116,24 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
                         if ui.selectable_label(chosen, name(pose)).clicked() {
-                            out.push(Command::Look(LookCommand::Training(TrainChoice {
-                                hold_out: pose,
-                                ..choice
-                            })));
+                            out.push(Command::Look(LookCommand::Training(TrainChoice { hold_out: pose, ..choice })));
                         }
                     }
                 });
-            list.response.labelled_by(label.id).on_hover_text(
-                "A pose held out of training. The network that does best on it is used.",
-            );
+            list.response
+                .labelled_by(label.id)
+                .on_hover_text("A pose held out of training. The network that does best on it is used.");
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));
                 let mut minutes = choice.minutes.unwrap_or(preset);
-                let field =
-                    computing(&mut minutes).range(0.1..=MOST_MINUTES).speed(0.25).max_decimals(1);
+                let field = computing(&mut minutes).range(0.1..=MOST_MINUTES).speed(0.25).max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if is_reset(ui, &response) {
-                    out.push(Command::Look(LookCommand::Training(TrainChoice {
-                        minutes: None,
-                        ..choice
-                    })));
+                    out.push(Command::Look(LookCommand::Training(TrainChoice { minutes: None, ..choice })));
                 } else if response.changed() {
-                    out.push(Command::Look(LookCommand::Training(TrainChoice {
-                        minutes: Some(minutes),
-                        ..choice
-                    })));
+                    out.push(Command::Look(LookCommand::Training(TrainChoice { minutes: Some(minutes), ..choice })));
                 }
-                response
-                    .on_hover_text("Training time, including earlier runs. Double-click to reset.");
+                response.on_hover_text("Training time, including earlier runs. Double-click to reset.");
             }
         });
     });
@@ -159,13 +147,7 @@ pub struct Buttons {
 }
 
 impl Buttons {
-    pub fn ui(
-        &mut self,
-        ui: &mut Ui,
-        context: &PanelContext,
-        project: &Project,
-        out: &mut Vec<Command>,
-    ) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
         if let Some(job) = context.status.job.as_ref() {
             self.confirming = false;
             if context.readers.training.running {
@@ -184,11 +166,13 @@ impl Buttons {
             return;
         };
         if self.confirming {
-            ui.label(RichText::new(format!(
-                "The network at step {} moves to the list below, with its curves. A new one starts.",
-                present.step
-            ))
-            .size(13.0));
+            ui.label(
+                RichText::new(format!(
+                    "The network at step {} moves to the list below, with its curves. A new one starts.",
+                    present.step
+                ))
+                .size(13.0),
+            );
             ui.horizontal(|ui| {
                 let yes = theme::main_button(true, "Start over");
                 if ui.add(yes).clicked() {
@@ -227,10 +211,7 @@ impl Buttons {
                 out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
-            if icons::named_ui(ui, true, over, "Start over…")
-                .on_hover_text("Starts with a new network")
-                .clicked()
-            {
+            if icons::named_ui(ui, true, over, "Start over…").on_hover_text("Starts with a new network").clicked() {
                 self.confirming = true;
             }
         });

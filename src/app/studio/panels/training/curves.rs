@@ -65,9 +65,7 @@ pub fn legend_ui(ui: &mut Ui) {
 pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     let curve = curve(points, |p| p.held_out_db);
     let hint = |position: &HoverPosition| match position {
-        HoverPosition::NearDataPoint { position, .. } => {
-            Some(format!("step {:.0}\n{:.2} dB", position.x, position.y))
-        }
+        HoverPosition::NearDataPoint { position, .. } => Some(format!("step {:.0}\n{:.2} dB", position.x, position.y)),
         HoverPosition::Elsewhere { .. } => None,
     };
     let last = points.last().map_or(1, |point| point.step);
@@ -94,11 +92,7 @@ pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
 /// A plot that cannot be moved or zoomed.
 fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
     let steps = axis(AxisHints::new_x()).formatter(|mark, _| {
-        if mark.value >= 0.0 && mark.value.fract() == 0.0 {
-            format!("{}", mark.value)
-        } else {
-            String::new()
-        }
+        if mark.value >= 0.0 && mark.value.fract() == 0.0 { format!("{}", mark.value) } else { String::new() }
     });
     still_plot(name, height).x_grid_spacer(|input| few(&input, 6.0)).custom_x_axes(vec![steps])
 }
@@ -140,10 +134,8 @@ fn decades(input: GridInput) -> Vec<GridMark> {
     }
     let exponents = from.floor() as i32..=to.ceil() as i32;
     let marks = exponents.flat_map(|exponent| {
-        [(1.0f64, 1.0), (2.0, 0.3), (5.0, 0.3)].map(|(digit, step_size)| GridMark {
-            value: f64::from(exponent) + digit.log10(),
-            step_size,
-        })
+        [(1.0f64, 1.0), (2.0, 0.3), (5.0, 0.3)]
+            .map(|(digit, step_size)| GridMark { value: f64::from(exponent) + digit.log10(), step_size })
     });
     marks.filter(|mark| (from..=to).contains(&mark.value)).collect()
 }
@@ -173,11 +165,7 @@ fn plain(value: f64) -> String {
 /// A number with at most `digits` decimals.
 fn tidy(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 #[cfg(test)]
@@ -186,23 +174,16 @@ mod tests {
 
     #[test]
     fn losses_are_written_as_plain_numbers() {
-        for (value, text) in [
-            (0.02, "0.02"),
-            (0.0213, "0.021"),
-            (1.0, "1"),
-            (0.5, "0.5"),
-            (200.0, "200"),
-            (2e-5, "0.00002"),
-        ] {
+        for (value, text) in
+            [(0.02, "0.02"), (0.0213, "0.021"), (1.0, "1"), (0.5, "0.5"), (200.0, "200"), (2e-5, "0.00002")]
+        {
             assert_eq!(plain(value), text);
         }
     }
 
     #[test]
     fn a_smoothed_curve_keeps_a_constant_and_calms_an_alternation() {
-        let curve = |value: fn(usize) -> f64| -> Vec<[f64; 2]> {
-            (0..400).map(|i| [i as f64, value(i)]).collect()
-        };
+        let curve = |value: fn(usize) -> f64| -> Vec<[f64; 2]> { (0..400).map(|i| [i as f64, value(i)]).collect() };
         let flat = smoothed(&curve(|_| 0.3));
         assert!(flat.iter().all(|[_, y]| (y - 0.3).abs() < 1e-9));
         let calm = smoothed(&curve(|i| if i % 2 == 0 { 0.1 } else { 0.4 }));
@@ -225,8 +206,7 @@ mod tests {
     #[test]
     fn marks_are_at_round_losses_within_what_is_seen() {
         let input = GridInput { bounds: (-2.1, -0.9), base_step_size: 0.01 };
-        let marks: Vec<String> =
-            (decades(input).iter()).map(|mark| plain(10f64.powf(mark.value))).collect();
+        let marks: Vec<String> = (decades(input).iter()).map(|mark| plain(10f64.powf(mark.value))).collect();
         assert_eq!(marks, ["0.01", "0.02", "0.05", "0.1"]);
     }
 }

@@ -62,19 +62,11 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
         None => format!("{db:.2} dB"),
     });
     [
-        (
-            "Step",
-            step.map_or_else(none, |s| s.to_string()),
-            "Optimiser steps, including earlier runs",
-        ),
+        ("Step", step.map_or_else(none, |s| s.to_string()), "Optimiser steps, including earlier runs"),
         ("Trained", seconds.map_or_else(none, clock), "Training time, without pauses"),
         ("Progress", job.map_or_else(none, left), "Time left, and share done"),
         ("Rate", point.map_or_else(none, rate), "Speed of training"),
-        (
-            "Held-out pose",
-            held_out.unwrap_or_else(none),
-            "PSNR on the held-out pose; the best network is used",
-        ),
+        ("Held-out pose", held_out.unwrap_or_else(none), "PSNR on the held-out pose; the best network is used"),
         ("Phase", point.map_or_else(none, |p| phase(p).to_owned()), "Current training pictures"),
         (
             "Learning rate",
@@ -86,17 +78,11 @@ fn rows(context: &PanelContext) -> [Figure; 11] {
             point.map_or_else(none, |p| format!("{:.3}", p.gradient_norm)),
             "Norm of all gradients before clipping",
         ),
-        (
-            "Loss, OLATs",
-            loss(recent(|p| p.reconstruction)),
-            "Reconstruction loss of the last steps",
-        ),
+        ("Loss, OLATs", loss(recent(|p| p.reconstruction)), "Reconstruction loss of the last steps"),
         ("Loss, relit", loss(recent(|p| p.rendering)), "Rendering loss of the last steps"),
         (
             "Memory",
-            point
-                .and_then(|p| p.memory_bytes)
-                .map_or_else(none, |b| format!("{} MB", b / 1_000_000)),
+            point.and_then(|p| p.memory_bytes).map_or_else(none, |b| format!("{} MB", b / 1_000_000)),
             "Used by the whole program",
         ),
     ]
@@ -107,11 +93,9 @@ fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
     let mut warnings = Vec::new();
     if !point.dead_lamps.is_empty() {
         let lamps = &project.settings.shoot.lamps;
-        let names: Vec<String> = (point.dead_lamps.iter())
-            .filter_map(|&lamp| lamps.get(lamp).map(|name| lamp_title(name)))
-            .collect();
-        warnings
-            .push(format!("Stuck at black or white: {}. Stop and start over.", names.join(", ")));
+        let names: Vec<String> =
+            (point.dead_lamps.iter()).filter_map(|&lamp| lamps.get(lamp).map(|name| lamp_title(name))).collect();
+        warnings.push(format!("Stuck at black or white: {}. Stop and start over.", names.join(", ")));
     }
     if point.skipped_steps > 0 {
         let steps = counted(point.skipped_steps as usize, "step");

@@ -106,8 +106,7 @@ impl TrainingPanel {
         ui.add_space(GAP);
         // Leaves room for the scroll bar.
         ui.set_max_width(ui.available_width() - GAP);
-        let known = !context.readers.training.history.points().is_empty()
-            || context.readers.training.running;
+        let known = !context.readers.training.history.points().is_empty() || context.readers.training.running;
         let job = context.status.job.as_ref().filter(|_| context.readers.training.running);
         let held = job.and_then(|job| job.held.as_ref());
         for sentence in records.failure.iter().filter(|_| known).chain(held) {
@@ -135,13 +134,7 @@ fn is_empty(context: &PanelContext) -> bool {
 }
 
 /// Content shown in place of the curves.
-fn instead_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    project: &Project,
-    records: &Records,
-    out: &mut Vec<Command>,
-) {
+fn instead_ui(ui: &mut Ui, context: &PanelContext, project: &Project, records: &Records, out: &mut Vec<Command>) {
     let heading = |ui: &mut Ui, text: &str| {
         ui.heading(text);
         ui.add_space(GAP);
@@ -168,9 +161,7 @@ fn instead_ui(
         ui.label(format!("The network is at step {}. Resume continues from it.", present.step));
     } else {
         heading(ui, "Not trained yet");
-        ui.label(
-            "Pictures come from the poses, carried over to each frame. Training corrects them.",
-        );
+        ui.label("Pictures come from the poses, carried over to each frame. Training corrects them.");
         ui.add_space(GAP);
         preview::preview_ui(ui, context, project);
         ui.add_space(GAP);

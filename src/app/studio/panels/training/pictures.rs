@@ -4,9 +4,7 @@ use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use base::progress::TrainingPictures;
-use egui::{
-    Align2, Color32, FontId, Pos2, Rect, RichText, Sense, TextureHandle, Ui, WidgetInfo, vec2,
-};
+use egui::{Align2, Color32, FontId, Pos2, Rect, RichText, Sense, TextureHandle, Ui, WidgetInfo, vec2};
 use std::sync::Arc;
 
 /// Gain of the difference.

@@ -35,11 +35,7 @@ pub fn preview_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
 }
 
 /// Known facts of a run: its data, time, steps, memory and disk, and the view shown meanwhile.
-fn sentences(
-    project: &Project,
-    choice: &TrainChoice,
-    pace: Option<Pace>,
-) -> [(&'static str, String); 6] {
+fn sentences(project: &Project, choice: &TrainChoice, pace: Option<Pace>) -> [(&'static str, String); 6] {
     let shoot = &project.settings.shoot;
     let config = choice.config();
     let held_out = usize::from(choice.hold_out.is_some());
@@ -70,12 +66,7 @@ fn sentences(
                 words::bytes(disk.checkpoint)
             ),
         ),
-        (
-            "You see",
-            format!(
-                "curves, a pose beside its truth, and the relit picture, renewed every {saves}"
-            ),
-        ),
+        ("You see", format!("curves, a pose beside its truth, and the relit picture, renewed every {saves}")),
     ]
 }
 
@@ -138,10 +129,7 @@ mod tests {
     #[test]
     fn a_timed_run_gives_steps_and_hours() {
         let config = Preset::Quick.config();
-        let pace = Pace {
-            seconds_per_step: 0.5,
-            multiply_adds: config.network(&project()).cost().multiply_adds,
-        };
+        let pace = Pace { seconds_per_step: 0.5, multiply_adds: config.network(&project()).cost().multiply_adds };
         let quick = said(Preset::Quick, Some(pace));
         assert_eq!(quick[2], "Steps: about 1200, at the rate of the last run");
         let paper = said(Preset::Paper, Some(pace));

@@ -28,10 +28,7 @@ impl TrainChoice {
     /// Configuration of a run from the start.
     pub fn config(&self) -> TrainingConfig {
         let config = self.preset.config();
-        TrainingConfig {
-            minutes: config.minutes.map(|minutes| self.minutes.unwrap_or(minutes)),
-            ..config
-        }
+        TrainingConfig { minutes: config.minutes.map(|minutes| self.minutes.unwrap_or(minutes)), ..config }
     }
 }
 
@@ -122,9 +119,7 @@ impl Training {
 
     /// Takes in the records.
     pub fn receive(&mut self) {
-        let Some((_, read)) = self.reader.answers().last() else {
-            return;
-        };
+        let Some((_, read)) = self.reader.answers().last() else { return };
         // A failed read keeps the earlier records.
         let records = read.unwrap_or_else(|sentence| Records {
             failure: Some(sentence),
@@ -170,12 +165,8 @@ impl Training {
         let network = |preset: Preset| preset.config().network(project);
         let mut presets = Preset::ALL.into_iter();
         let fitting = presets.find(|&preset| network(preset) == present.network)?;
-        (network(choice.preset) != present.network).then(|| {
-            format!(
-                "The checkpoint was trained with the preset {}. Choose it, or start over",
-                fitting.name()
-            )
-        })
+        (network(choice.preset) != present.network)
+            .then(|| format!("The checkpoint was trained with the preset {}. Choose it, or start over", fitting.name()))
     }
 
     /// Minutes trained so far if these settings allow no more; None if a resumed run has time left.
@@ -185,12 +176,7 @@ impl Training {
     }
 
     /// Settings of the next run. A resumed run keeps its network.
-    pub fn settings(
-        &self,
-        choice: &TrainChoice,
-        fresh: bool,
-        device: DeviceChoice,
-    ) -> TrainSettings {
+    pub fn settings(&self, choice: &TrainChoice, fresh: bool, device: DeviceChoice) -> TrainSettings {
         let present = self.records.as_ref().and_then(|r| r.present.as_ref());
         let config = choice.config();
         TrainSettings {

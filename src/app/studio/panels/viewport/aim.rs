@@ -6,8 +6,8 @@ use crate::panels::lamp_title;
 use crate::panels::light::handle::{Seen, handle_ui};
 use crate::theme::{self, GAP};
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke,
-    Ui, Vec2, WidgetInfo, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, Vec2,
+    WidgetInfo, vec2,
 };
 use light::aim::LEAST_MATTE;
 use worker::PreviewPicture;
@@ -96,9 +96,7 @@ pub fn handles_ui(
         if !is_chosen && !state.viewport.aims {
             continue;
         }
-        let Some(at) = falls_at(i, (relit, place), context) else {
-            continue;
-        };
+        let Some(at) = falls_at(i, (relit, place), context) else { continue };
         let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT)).intersect(rect);
         if !spot.is_positive() {
             continue;
@@ -119,26 +117,17 @@ pub fn handles_ui(
             (true, false) => theme::TEXT,
             (false, _) => theme::QUIET,
         };
-        let edge = if is_chosen {
-            Stroke::new(2.0, Color32::WHITE)
-        } else {
-            Stroke::new(1.5, Color32::BLACK)
-        };
+        let edge = if is_chosen { Stroke::new(2.0, Color32::WHITE) } else { Stroke::new(1.5, Color32::BLACK) };
         painter.circle(at, DOT, fill, edge);
-        let hint = format!(
-            "{name}: drag it to where the light should fall, or use the arrow keys (1°, with Shift 10°)"
-        );
+        let hint =
+            format!("{name}: drag it to where the light should fall, or use the arrow keys (1°, with Shift 10°)");
         theme::hint_at_rest_ui(handle.on_hover_cursor(CursorIcon::Grab), hint);
     }
 }
 
 /// Point where a hand-placed light falls on the picture in `place`. None for light from behind, which falls on nothing
 /// visible.
-fn falls_at(
-    light: usize,
-    (relit, place): (&PreviewPicture, Rect),
-    context: &PanelContext,
-) -> Option<Pos2> {
+fn falls_at(light: usize, (relit, place): (&PreviewPicture, Rect), context: &PanelContext) -> Option<Pos2> {
     let state = context.state;
     let aimed = state.aimed_light().zip(state.aimed_at(relit.scene.frame));
     let [x, y] = match aimed {

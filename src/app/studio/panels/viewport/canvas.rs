@@ -3,9 +3,7 @@
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{
-    Align2, Color32, FontId, Rect, Response, TextureHandle, TextureId, Ui, Vec2, pos2, vec2,
-};
+use egui::{Align2, Color32, FontId, Rect, Response, TextureHandle, TextureId, Ui, Vec2, pos2, vec2};
 
 /// A texture with these codes; reuses `old`.
 pub fn texture(
@@ -30,8 +28,7 @@ pub fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
     let fit = (room / size).min_elem();
     let view = context.state.viewport.view;
-    let placed =
-        Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
+    let placed = Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
     (placed, fit)
 }
 
@@ -58,10 +55,7 @@ pub fn zoom(ui: &Ui, response: &Response, rect: Rect, out: &mut Vec<Command>) {
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
-            out.push(Command::View(ViewCommand::Zoom {
-                factor,
-                about: (at - rect.center()).into(),
-            }));
+            out.push(Command::View(ViewCommand::Zoom { factor, about: (at - rect.center()).into() }));
         }
     }
 }

@@ -9,8 +9,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::lamp_title;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Align2, Button, Layout, Margin, PointerButton, Rect, RichText, Sense, TextureId, Ui,
-    UiBuilder, Vec2, vec2,
+    Align, Align2, Button, Layout, Margin, PointerButton, Rect, RichText, Sense, TextureId, Ui, UiBuilder, Vec2, vec2,
 };
 use egui::{TextureHandle, WidgetInfo};
 use evaluation::review::{Case, Metric, heat};
@@ -39,23 +38,13 @@ struct CellTextures {
 
 impl CellUi {
     /// Draws the cell selected in the state. Returns false without one; the review holds the reason.
-    pub fn ui(
-        &mut self,
-        ui: &mut Ui,
-        rect: Rect,
-        context: &PanelContext,
-        out: &mut Vec<Command>,
-    ) -> bool {
-        let (Some(cell), Some(Ok(pictures))) =
-            (context.state.review.cell, &context.readers.review.cell)
-        else {
+    pub fn ui(&mut self, ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) -> bool {
+        let (Some(cell), Some(Ok(pictures))) = (context.state.review.cell, &context.readers.review.cell) else {
             return false;
         };
         let gain = context.state.display.gain;
         self.upload(ui.ctx(), pictures, gain);
-        let Some(shown) = &self.shown else {
-            return false;
-        };
+        let Some(shown) = &self.shown else { return false };
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         let bar = rect.with_max_y(rect.top() + HEIGHT);
         bar_ui(ui, bar, cell, context, out);
@@ -106,13 +95,9 @@ impl CellUi {
             }
             _ => (upload(&pictures.predicted, None), upload(&pictures.truth, None), None),
         };
-        let difference =
-            SrgbPicture::from_picture(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
-        self.shown = Some(CellTextures {
-            of: pictures.clone(),
-            gain,
-            textures: [predicted, truth, upload(&difference, old)],
-        });
+        let difference = SrgbPicture::from_picture(&Encoded(pictures.difference.map(|flip| heat(gain * flip))));
+        self.shown =
+            Some(CellTextures { of: pictures.clone(), gain, textures: [predicted, truth, upload(&difference, old)] });
     }
 }
 
@@ -151,13 +136,7 @@ impl OnePicture<'_> {
 }
 
 /// Name of the shown cell, its error figures, and the button back.
-fn bar_ui(
-    ui: &mut Ui,
-    rect: Rect,
-    (case, lamp): (usize, usize),
-    context: &PanelContext,
-    out: &mut Vec<Command>,
-) {
+fn bar_ui(ui: &mut Ui, rect: Rect, (case, lamp): (usize, usize), context: &PanelContext, out: &mut Vec<Command>) {
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
     let inner = UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
     ui.scope_builder(inner, |ui| {
@@ -180,9 +159,7 @@ fn bar_ui(
                 ui.spacing_mut().item_spacing.x = GAP;
                 let (text, hint, to) = match enlarged {
                     None => ("Back", "Exit to the picture. Key: Esc", ViewCommand::Cell(None)),
-                    Some(_) => {
-                        ("All three", "Or click the picture. Key: Esc", ViewCommand::Enlarge(None))
-                    }
+                    Some(_) => ("All three", "Or click the picture. Key: Esc", ViewCommand::Enlarge(None)),
                 };
                 if ui.add(Button::new(text)).on_hover_text(hint).clicked() {
                     out.push(Command::View(to));

@@ -16,9 +16,7 @@ impl CompareSettings {
         compared
             .filter_map(|one| match one {
                 Reference::Environment(origin) => Some(origin.clone()),
-                Reference::Look(id, number) => {
-                    FourSlot::Stored(id.clone(), *number).environment(state, looks)
-                }
+                Reference::Look(id, number) => FourSlot::Stored(id.clone(), *number).environment(state, looks),
                 _ => None,
             })
             .collect()
@@ -36,12 +34,7 @@ impl CompareSettings {
     }
 
     /// Reason that one of the pictures is missing.
-    pub fn missing(
-        &self,
-        state: &State,
-        looks: &StoredLooks,
-        environments: &[EnvironmentEntry],
-    ) -> Option<String> {
+    pub fn missing(&self, state: &State, looks: &StoredLooks, environments: &[EnvironmentEntry]) -> Option<String> {
         let compared = self.references().into_iter().flatten();
         compared.filter_map(|one| one.picture(state, looks, environments).err()).next()
     }
@@ -78,9 +71,7 @@ impl Reference {
             }
             Self::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
             Self::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
-            Self::Checkpoint(folder) => {
-                Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
-            }
+            Self::Checkpoint(folder) => Comparison::Olats(ComparisonSource::Checkpoint(folder.clone())),
             Self::Transfer => Comparison::Olats(ComparisonSource::Transfer),
         })
     }
@@ -156,10 +147,9 @@ mod tests {
             assert_eq!(compared, [Some(Comparison::Plate), None]);
             state.compare.missing(state, &looks, entries).unwrap()
         };
-        for (panorama, why) in [
-            (PanoramaState::Waiting, "Reading b"),
-            (PanoramaState::Failed(String::new()), "b cannot be read"),
-        ] {
+        for (panorama, why) in
+            [(PanoramaState::Waiting, "Reading b"), (PanoramaState::Failed(String::new()), "b cannot be read")]
+        {
             entries[1].panorama = panorama;
             assert_eq!(said(&state, &entries), why);
         }

@@ -34,23 +34,13 @@ struct Values<'a> {
 
 impl Doubts {
     /// Draws the expected errors over the picture in `place`. Returns the legend of the colour.
-    pub fn draw(
-        &mut self,
-        painter: &Painter,
-        place: Rect,
-        relit: &PreviewPicture,
-        context: &PanelContext,
-    ) -> String {
+    pub fn draw(&mut self, painter: &Painter, place: Rect, relit: &PreviewPicture, context: &PanelContext) -> String {
         let Some(report) = context.readers.review.confidence() else {
             return "not estimated yet: see Review".to_owned();
         };
-        let Some(frame) = shown(report, relit.scene.frame) else {
-            return "this frame was not estimated".to_owned();
-        };
+        let Some(frame) = shown(report, relit.scene.frame) else { return "this frame was not estimated".to_owned() };
         let predicted = &relit.predicted;
-        let is_of = |made: &&Made| {
-            Arc::ptr_eq(&made.report, report) && Arc::ptr_eq(&made.predicted, predicted)
-        };
+        let is_of = |made: &&Made| Arc::ptr_eq(&made.report, report) && Arc::ptr_eq(&made.predicted, predicted);
         let made = match self.made.take().filter(|made| is_of(&made)) {
             Some(made) => made,
             None => {
@@ -81,9 +71,7 @@ fn shown(report: &ConfidenceReport, frame: usize) -> Option<&FrameConfidence> {
 
 /// Rectangle of the network's crop, for a picture in `place`.
 fn square(place: Rect, relit: &PreviewPicture, context: &PanelContext) -> Rect {
-    let (Some(_), Some(project)) = (&relit.predicted.plate, context.session.project) else {
-        return place;
-    };
+    let (Some(_), Some(project)) = (&relit.predicted.plate, context.session.project) else { return place };
     let framing = project.settings.framing.for_size((relit.width, relit.height));
     let points = place.width() / relit.width.max(1) as f32;
     let corner = place.min + points * vec2(framing.x as f32, framing.y as f32);
@@ -104,23 +92,14 @@ impl<'a> Values<'a> {
         if frame.errors.is_empty() {
             let (clear, most) = (report.far, known(|frame| &frame.cells).1);
             let opaque = most.max(1.5 * report.far);
-            return Self {
-                cells: &frame.cells,
-                clear,
-                opaque,
-                words: "red: unlike the poses here".to_owned(),
-            };
+            return Self { cells: &frame.cells, clear, opaque, words: "red: unlike the poses here".to_owned() };
         }
         let (clear, opaque) = known(|frame| &frame.errors);
         Self {
             cells: &frame.errors,
             clear,
             opaque,
-            words: format!(
-                "expected errors: clear {:.0} %, red {:.0} % of white",
-                100.0 * clear,
-                100.0 * opaque
-            ),
+            words: format!("expected errors: clear {:.0} %, red {:.0} % of white", 100.0 * clear, 100.0 * opaque),
         }
     }
 

@@ -10,9 +10,8 @@ use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
-    Align, Align2, Button, CursorIcon, FontId, Label, Layout, Margin, PointerButton, Pos2, Rect,
-    RichText, Role, Sense, Stroke, StrokeKind, TextureHandle, Ui, UiBuilder, WidgetInfo, pos2,
-    vec2,
+    Align, Align2, Button, CursorIcon, FontId, Label, Layout, Margin, PointerButton, Pos2, Rect, RichText, Role, Sense,
+    Stroke, StrokeKind, TextureHandle, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
 use scene::Inspection;
 use std::sync::Arc;
@@ -78,23 +77,14 @@ impl FourUi {
     }
 
     /// Draws one of the four pictures in `part`.
-    fn place_ui(
-        &mut self,
-        ui: &mut Ui,
-        place: usize,
-        part: Rect,
-        context: &PanelContext,
-        out: &mut Vec<Command>,
-    ) {
+    fn place_ui(&mut self, ui: &mut Ui, place: usize, part: Rect, context: &PanelContext, out: &mut Vec<Command>) {
         let state = context.state;
         let slot = &state.four.slots[place];
         let letter = FourLooks::LETTERS[place];
         let wanted = FourPicture::new(slot, state, context.looks, context.environments());
         let name = slot.name();
-        let response =
-            ui.interact(part, ui.scope_id().with(("look", place)), Sense::click_and_drag());
-        response
-            .widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{letter}: {name}")));
+        let response = ui.interact(part, ui.scope_id().with(("look", place)), Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{letter}: {name}")));
         let told = match &wanted {
             FourPicture::Empty => Some("Choose a look above".to_owned()),
             FourPicture::Waiting => Some("Reading the environment".to_owned()),
@@ -108,8 +98,9 @@ impl FourUi {
         let is_present = match slot {
             FourSlot::Empty => false,
             FourSlot::Present => true,
-            FourSlot::Stored(id, number) => (context.looks.version(id, *number))
-                .is_some_and(|version| version.look.is(&state.look, state.frame)),
+            FourSlot::Stored(id, number) => {
+                (context.looks.version(id, *number)).is_some_and(|version| version.look.is(&state.look, state.frame))
+            }
         };
         if is_present || response.hovered() {
             let color = if is_present { theme::ACCENT } else { theme::TEXT };
@@ -172,14 +163,7 @@ fn words_ui(ui: &Ui, part: Rect, words: &str) {
 }
 
 /// The menu of a place: names its look, and lists the looks to choose from.
-fn menu_ui(
-    ui: &mut Ui,
-    place: usize,
-    part: Rect,
-    name: &str,
-    context: &PanelContext,
-    out: &mut Vec<Command>,
-) {
+fn menu_ui(ui: &mut Ui, place: usize, part: Rect, name: &str, context: &PanelContext, out: &mut Vec<Command>) {
     let letter = FourLooks::LETTERS[place];
     let [height, width] = MENU;
     let corner: Pos2 = part.min + vec2(GAP, GAP);
@@ -202,20 +186,12 @@ fn menu_ui(
             }
         });
         let button = menu.0.on_hover_text("Choose the look shown here");
-        button.widget_info(|| {
-            WidgetInfo::labeled(Role::Button, true, format!("Place {letter}, {name}"))
-        });
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Place {letter}, {name}")));
     });
 }
 
 /// Name of the view, the values `read` from it, and the button back.
-fn bar_ui(
-    ui: &mut Ui,
-    rect: Rect,
-    read: Option<String>,
-    context: &PanelContext,
-    out: &mut Vec<Command>,
-) {
+fn bar_ui(ui: &mut Ui, rect: Rect, read: Option<String>, context: &PanelContext, out: &mut Vec<Command>) {
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
     let inner = UiBuilder::new().max_rect(rect - Margin::symmetric(8, 3));
     ui.scope_builder(inner, |ui| {

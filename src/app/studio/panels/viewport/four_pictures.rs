@@ -47,12 +47,7 @@ pub enum FourPicture {
 
 impl FourPicture {
     /// Picture for a slot, given the stored looks.
-    pub fn new(
-        slot: &FourSlot,
-        state: &State,
-        stored: &StoredLooks,
-        environments: &[EnvironmentEntry],
-    ) -> Self {
+    pub fn new(slot: &FourSlot, state: &State, stored: &StoredLooks, environments: &[EnvironmentEntry]) -> Self {
         match slot {
             FourSlot::Empty => Self::Empty,
             FourSlot::Present => Self::view(&state.look, state, environments),
@@ -76,16 +71,10 @@ impl FourPicture {
     }
 
     fn view(look: &LookSettings, state: &State, environments: &[EnvironmentEntry]) -> Self {
-        let Some(entry) = environments.get(look.environment) else {
-            return Self::Missing("No environment".to_owned());
-        };
+        let Some(entry) = environments.get(look.environment) else { return Self::Missing("No environment".to_owned()) };
         match light_of(environments, &entry.listed.origin) {
-            Some(environment) => {
-                Self::View(Box::new(LookView { scene: state.scene_of(look), environment }))
-            }
-            None if entry.panorama.is_failed() => {
-                Self::Missing(format!("{} cannot be read", entry.listed.name))
-            }
+            Some(environment) => Self::View(Box::new(LookView { scene: state.scene_of(look), environment })),
+            None if entry.panorama.is_failed() => Self::Missing(format!("{} cannot be read", entry.listed.name)),
             None => Self::Waiting,
         }
     }

@@ -5,9 +5,7 @@ use crate::look::within_a_turn;
 use crate::panel_context::PanelContext;
 use crate::panels::environments::library::PanoramaState;
 use crate::theme::{self, GAP};
-use egui::{
-    Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2,
-};
+use egui::{Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2};
 use scene::Setting;
 
 /// Radius of the ring in points.
@@ -18,10 +16,7 @@ const HEAD: f32 = 9.0;
 /// The compass in the lower right corner. A drag around it turns the environment by the angle that the pointer moves
 /// around the centre; a click moves the dot there.
 pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
-    let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
-    else {
-        return;
-    };
+    let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama) else { return };
     let center = rect.right_bottom() - Vec2::splat(RADIUS + 2.5 * GAP);
     let area = Rect::from_center_size(center, Vec2::splat(2.0 * RADIUS + 2.0 * GAP));
     // Over a small picture it would hide the subject.
@@ -123,9 +118,7 @@ mod tests {
     #[test]
     fn a_drag_turns_by_as_much_as_it_goes_around_the_middle() {
         let at = |yaw| on_ring(Pos2::ZERO, yaw) - Pos2::ZERO;
-        for (from, to, turn) in
-            [(0.0, 30.0, 30.0), (170.0, -170.0, 20.0), (-170.0, 170.0, -20.0), (90.0, 90.0, 0.0)]
-        {
+        for (from, to, turn) in [(0.0, 30.0, 30.0), (170.0, -170.0, 20.0), (-170.0, 170.0, -20.0), (90.0, 90.0, 0.0)] {
             assert!((turned(at(from), at(to)) - turn).abs() < 1e-3, "{from} {to}");
         }
         assert_eq!(turned(vec2(1.0, 0.0), at(-90.0)), 0.0);

@@ -78,9 +78,7 @@ fn environment_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             heading_ui(ui, "This environment cannot be read");
             ui.label(sentence);
         }
-        Some(PanoramaState::Unread | PanoramaState::Waiting) => {
-            heading_ui(ui, "Reading the environment")
-        }
+        Some(PanoramaState::Unread | PanoramaState::Waiting) => heading_ui(ui, "Reading the environment"),
         Some(PanoramaState::Done { .. }) => {
             heading_ui(ui, &format!("Predicting frame {}", context.state.frame));
         }

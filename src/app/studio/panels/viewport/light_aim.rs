@@ -73,17 +73,14 @@ impl LightAim {
     /// Requests the direction for a point, instead of the previous request.
     pub fn ask(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
         let known = self.known.clone();
-        self.directions.ask(question, wake, |_| {
-            move |question: &AimQuestion| question.answer(&known, LampResponses::aim)
-        });
+        self.directions
+            .ask(question, wake, |_| move |question: &AimQuestion| question.answer(&known, LampResponses::aim));
     }
 
     /// Requests the lamp that falls on a point.
     pub fn point(&mut self, question: AimQuestion, wake: impl Fn() + Send + 'static) {
         let known = self.known.clone();
-        self.lamps.ask(question, wake, |_| {
-            move |question: &AimQuestion| question.answer(&known, LampResponses::lamp)
-        });
+        self.lamps.ask(question, wake, |_| move |question: &AimQuestion| question.answer(&known, LampResponses::lamp));
     }
 
     /// Index in the rig of the lamp that falls on the last requested point, or on a point shortly before it.
@@ -92,12 +89,7 @@ impl LightAim {
     }
 
     /// Requests the points on which lights fall in a frame.
-    pub fn seek(
-        &mut self,
-        of: &Arc<PredictedFrame>,
-        rig: &Arc<Rig>,
-        wake: impl Fn() + Send + 'static,
-    ) {
+    pub fn seek(&mut self, of: &Arc<PredictedFrame>, rig: &Arc<Rig>, wake: impl Fn() + Send + 'static) {
         let known = self.known.clone();
         let question = HighlightQuestion { of: of.clone(), rig: rig.clone() };
         self.seeker.ask(question, wake, |_| {

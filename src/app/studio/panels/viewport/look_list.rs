@@ -22,11 +22,7 @@ pub fn list() -> ScrollArea {
 
 /// The looks of a project and of a person, each with its older versions below. Returns the clicked look and the
 /// version's number. None as the number means the newest version, also after a later update.
-pub fn look_list_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    now: &FourSlot,
-) -> Option<(LookId, Option<u32>)> {
+pub fn look_list_ui(ui: &mut Ui, context: &PanelContext, now: &FourSlot) -> Option<(LookId, Option<u32>)> {
     let mut clicked = None;
     let mut is_empty = true;
     list().show(ui, |ui| {
@@ -42,13 +38,10 @@ pub fn look_list_ui(
                     (Some(number), text, Some(version))
                 });
                 for (number, text, version) in newest.chain(older) {
-                    let chosen =
-                        matches!(now, FourSlot::Stored(of, at) if *of == id && *at == number);
+                    let chosen = matches!(now, FourSlot::Stored(of, at) if *of == id && *at == number);
                     let entry = ui.selectable_label(chosen, text);
                     let entry = match version {
-                        Some(version) => {
-                            entry.on_hover_text(minutes_ago(since(version.look.stored)))
-                        }
+                        Some(version) => entry.on_hover_text(minutes_ago(since(version.look.stored))),
                         None => entry,
                     };
                     if entry.clicked() {

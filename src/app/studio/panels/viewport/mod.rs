@@ -33,8 +33,8 @@ use cell::CellUi;
 use doubts::Doubts;
 use eframe::egui_wgpu::RenderState;
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke,
-    StrokeKind, TextureHandle, Ui, Vec2, pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind, TextureHandle,
+    Ui, Vec2, pos2, vec2,
 };
 use four::FourUi;
 use native_texture::{NativeTexture, ShownTexture};
@@ -106,13 +106,7 @@ impl ViewportTextures {
 
     /// The pixel under the cursor, and true if the second picture is visible there. `place` is the rectangle of the
     /// only or the left picture.
-    fn under(
-        &self,
-        ui: &Ui,
-        rect: Rect,
-        place: Rect,
-        context: &PanelContext,
-    ) -> Option<([usize; 2], bool)> {
+    fn under(&self, ui: &Ui, rect: Rect, place: Rect, context: &PanelContext) -> Option<([usize; 2], bool)> {
         let at = ui.input(|i| i.pointer.latest_pos());
         let at = at.filter(|_| ui.rect_contains_pointer(rect))?;
         let compare = &context.state.compare;
@@ -129,10 +123,7 @@ impl ViewportTextures {
                 CompareMode::Toggle => compare.second,
                 CompareMode::Wipe => share.x >= context.state.viewport.wipe,
             };
-        inside.then_some((
-            [pixel(share.x, self.relit.width), pixel(share.y, self.relit.height)],
-            second,
-        ))
+        inside.then_some(([pixel(share.x, self.relit.width), pixel(share.y, self.relit.height)], second))
     }
 }
 
@@ -256,9 +247,7 @@ impl ViewportPanel {
                 let size = [codes.width, codes.height];
                 ShownTexture::InMemory(in_memory(first, size, &codes.rgb))
             }
-            (None, Some(there)) if let Some(id) = self.native.show(there) => {
-                ShownTexture::OnGpu(id, first)
-            }
+            (None, Some(there)) if let Some(id) = self.native.show(there) => ShownTexture::OnGpu(id, first),
             _ => ShownTexture::InMemory(in_memory(first, relit.rgb_size, &relit.rgb)),
         };
         self.shown = Some(ViewportTextures {
@@ -317,8 +306,7 @@ fn pictures_ui(
         }
         (Some(second), CompareMode::Toggle) => {
             let (place, fit) = placed(rect, size, context);
-            let (texture, name) =
-                if compare.second { (second, name()) } else { (first_texture, first()) };
+            let (texture, name) = if compare.second { (second, name()) } else { (first_texture, first()) };
             paint(ui, rect, texture, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name);
             (place, fit)
@@ -348,8 +336,7 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
     }
     let response = ui.interact(line, ui.scope_id().with("wipe line"), Sense::drag());
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(wipe), "Wipe"));
-    let color =
-        if response.hovered() || response.dragged() { Color32::WHITE } else { theme::ACCENT };
+    let color = if response.hovered() || response.dragged() { Color32::WHITE } else { theme::ACCENT };
     let painter = ui.painter().with_clip_rect(rect);
     painter.vline(x, line.y_range(), egui::Stroke::new(1.5, color));
     painter.circle_filled(pos2(x, place.center().y), 5.0, color);
@@ -393,9 +380,9 @@ fn gestures(
     } else if by(PointerButton::Primary) && !(aims && aim::takes(ui, &response)) {
         match (wiped, response.interact_pointer_pos()) {
             (Some(place), Some(at)) => out.push(wipe_to(place, at)),
-            _ => out.push(Command::Look(LookCommand::Turn(
-                delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
-            ))),
+            _ => {
+                out.push(Command::Look(LookCommand::Turn(delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 })))
+            }
         }
     } else if by(PointerButton::Secondary) && shift {
         out.push(Command::Look(LookCommand::Turn(delta.x * DEGREES_PER_POINT)));
@@ -417,9 +404,7 @@ fn draw_region(
     out: &mut Vec<Command>,
 ) -> bool {
     let is_over = !drag.dragged();
-    let Some(at) = ui.input(|i| i.pointer.interact_pos()) else {
-        return is_over;
-    };
+    let Some(at) = ui.input(|i| i.pointer.interact_pos()) else { return is_over };
     let region = match (at.distance(from) > STILL, is_over) {
         (true, false) => {
             let share = |at: Pos2| -> [f32; 2] { ((at - place.min) / place.size()).into() };
@@ -439,19 +424,14 @@ fn draw_region(
 /// Outline of the measured region, in each of the pictures.
 fn region_ui(ui: &Ui, rect: Rect, place: Rect, shown: &ViewportTextures, context: &PanelContext) {
     let size = [shown.relit.width, shown.relit.height];
-    let Some(region) = context.state.viewport.region.and_then(|region| region.inside(size)) else {
-        return;
-    };
+    let Some(region) = context.state.viewport.region.and_then(|region| region.inside(size)) else { return };
     let point = place.size() / vec2(size[0] as f32, size[1] as f32);
     let at = |[x, y]: [usize; 2]| vec2(x as f32, y as f32) * point;
     let corner = place.min + at([region.left, region.top]);
     let edge = Rect::from_min_size(corner, at(region.size()));
     let (left, right) = rect.split_left_right_at_fraction(0.5);
-    let sides: &[(Rect, f32)] = if shown.has_sides(context) {
-        &[(left, 0.0), (right, 0.5 * rect.width())]
-    } else {
-        &[(rect, 0.0)]
-    };
+    let sides: &[(Rect, f32)] =
+        if shown.has_sides(context) { &[(left, 0.0), (right, 0.5 * rect.width())] } else { &[(rect, 0.0)] };
     for &(clip, by) in sides {
         let (painter, edge) = (ui.painter().with_clip_rect(clip), edge.translate(vec2(by, 0.0)));
         for (width, color) in [(3.0, Color32::BLACK), (1.0, theme::ACCENT)] {
@@ -472,9 +452,7 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     }
     match context.environment().map(|e| &e.panorama) {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
-        Some(PanoramaState::Unread | PanoramaState::Waiting) => {
-            Some("Reading the environment".to_owned())
-        }
+        Some(PanoramaState::Unread | PanoramaState::Waiting) => Some("Reading the environment".to_owned()),
         Some(PanoramaState::Failed(sentence)) => Some(sentence.clone()),
         Some(PanoramaState::Done { panorama, .. }) if panorama.environment.is_none() => {
             Some("Reading the environment".to_owned())

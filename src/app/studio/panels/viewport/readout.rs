@@ -11,8 +11,8 @@ use crate::theme::{self, GAP};
 use compositor::{CLIPPED, LEGEND, viewed_code};
 use egui::text::LayoutJob;
 use egui::{
-    Align, Align2, Button, Color32, FontId, Layout, Rect, RichText, Role, Sense, TextFormat, Ui,
-    UiBuilder, WidgetInfo, vec2,
+    Align, Align2, Button, Color32, FontId, Layout, Rect, RichText, Role, Sense, TextFormat, Ui, UiBuilder, WidgetInfo,
+    vec2,
 };
 use imaging::color::byte_from_unit;
 use scene::Inspection;
@@ -20,7 +20,8 @@ use std::sync::Arc;
 use worker::{PreviewPicture, SrgbPicture};
 
 /// Keys that draw a region and leave it.
-pub const REGION_HINT: &str = "Ctrl+Shift+drag over the picture reads the mean of a region; Esc or Ctrl+Shift+click ends that";
+pub const REGION_HINT: &str =
+    "Ctrl+Shift+drag over the picture reads the mean of a region; Esc or Ctrl+Shift+click ends that";
 
 /// Height of a line of the strip in points, and width of its buttons.
 const LINE: f32 = 17.0;
@@ -52,9 +53,7 @@ impl Reading {
 
     /// Text of the codes, and of the light if known.
     pub fn text(&self) -> String {
-        let light = self
-            .linear
-            .map_or(String::new(), |[r, g, b]| format!("   linear {r:.4} {g:.4} {b:.4}"));
+        let light = self.linear.map_or(String::new(), |[r, g, b]| format!("   linear {r:.4} {g:.4} {b:.4}"));
         format!("{}{light}", self.codes_text())
     }
 }
@@ -90,10 +89,7 @@ impl RegionReadings {
         let compare = &context.state.compare;
         let step = counted_rows(region.size(), moves);
         let known = self.0.take().filter(|known| {
-            Arc::ptr_eq(&known.of, relit)
-                && known.region == region
-                && known.compared == *compare
-                && known.step <= step
+            Arc::ptr_eq(&known.of, relit) && known.region == region && known.compared == *compare && known.step <= step
         });
         let known = known.unwrap_or_else(|| RegionReading {
             of: relit.clone(),
@@ -108,17 +104,10 @@ impl RegionReadings {
 
 /// The readings of a region or of one pixel: of the picture or the one shown in its place, and of the picture to
 /// compare. Channels and false colours give the readings of the picture behind them. Reads every `step`th row.
-pub fn readings(
-    context: &PanelContext,
-    relit: &PreviewPicture,
-    region: Region,
-    step: usize,
-) -> Vec<Reading> {
+pub fn readings(context: &PanelContext, relit: &PreviewPicture, region: Region, step: usize) -> Vec<Reading> {
     let compare = &context.state.compare;
     let size = [relit.width, relit.height];
-    let Some(region) = region.inside(size) else {
-        return Vec::new();
-    };
+    let Some(region) = region.inside(size) else { return Vec::new() };
     let is_mean = region.size() != [1, 1];
     let codes = |rgb: &[u8], its_size: [usize; 2]| {
         let pixels = rgb.as_chunks::<3>().0;
@@ -304,10 +293,7 @@ fn buttons_ui(ui: &mut Ui, rect: Rect, scale: f32, context: &PanelContext, out: 
                 out.push(Command::Window(WindowCommand::ActualSize));
             }
             let fit = Button::new(RichText::new(icons::FIT).size(13.0));
-            if icons::named_ui(ui, true, fit, "Fit")
-                .on_hover_text("Fits the picture to the pane. Key: F")
-                .clicked()
-            {
+            if icons::named_ui(ui, true, fit, "Fit").on_hover_text("Fits the picture to the pane. Key: F").clicked() {
                 out.push(Command::View(ViewCommand::Fit));
             }
             let loops = context.state.playback.loops;
@@ -354,30 +340,16 @@ mod tests {
 
     #[test]
     fn a_pixel_has_whole_codes_and_a_mean_has_tenths() {
-        let pixel = Reading {
-            name: String::new(),
-            codes: [7.0, 42.0, 255.0],
-            linear: None,
-            is_mean: false,
-        };
+        let pixel = Reading { name: String::new(), codes: [7.0, 42.0, 255.0], linear: None, is_mean: false };
         assert_eq!(pixel.text(), "  7  42 255");
-        let mean = Reading {
-            codes: [7.21, 42.06, 254.96],
-            linear: Some([0.5, 0.0, 1.25]),
-            is_mean: true,
-            ..pixel
-        };
+        let mean = Reading { codes: [7.21, 42.06, 254.96], linear: Some([0.5, 0.0, 1.25]), is_mean: true, ..pixel };
         assert_eq!(mean.text(), "  7.2  42.1 255.0   linear 0.5000 0.0000 1.2500");
     }
 
     #[test]
     fn where_there_is_less_room_the_light_goes_first_and_the_codes_never() {
-        let reading = |name: &str, linear| Reading {
-            name: name.to_owned(),
-            codes: [1.0, 2.0, 3.0],
-            linear,
-            is_mean: false,
-        };
+        let reading =
+            |name: &str, linear| Reading { name: name.to_owned(), codes: [1.0, 2.0, 3.0], linear, is_mean: false };
         let found = [reading("relit", Some([0.5; 3])), reading("sky", None)];
         let text = |detail: Detail, found: &[Reading]| {
             let parts = detail.parts(found, 1);

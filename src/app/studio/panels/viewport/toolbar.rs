@@ -14,10 +14,7 @@ use crate::panels::training::checkpoints;
 use crate::panels::widgets::names::{called, short};
 use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
-use egui::{
-    Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, Ui, UiBuilder,
-    WidgetInfo, vec2,
-};
+use egui::{Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, Ui, UiBuilder, WidgetInfo, vec2};
 
 /// Keys that compare two pictures by hand.
 const HINT: &str = "W wipes, Q switches between the two, holding Shift shows the other";
@@ -138,10 +135,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
-            out.push(Command::View(ViewCommand::Compare(CompareSettings {
-                on: false,
-                ..compare.clone()
-            })));
+            out.push(Command::View(ViewCommand::Compare(CompareSettings { on: false, ..compare.clone() })));
         }
         let now = compare.on.then_some(&compare.reference);
         pictures_ui(ui, context, now, out, against);
@@ -187,28 +181,21 @@ fn mode_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         (CompareMode::Difference, "Difference"),
     ];
     let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
-    let list = ComboBox::from_id_salt("how to compare")
-        .selected_text(now.map_or("", |(_, name)| name))
-        .width(100.0);
+    let list = ComboBox::from_id_salt("how to compare").selected_text(now.map_or("", |(_, name)| name)).width(100.0);
     let response = list.show_ui(ui, |ui| {
         for (mode, name) in ways {
             if ui.selectable_label(mode == compare.mode, name).clicked() {
-                out.push(Command::View(ViewCommand::Compare(CompareSettings {
-                    mode,
-                    ..compare.clone()
-                })));
+                out.push(Command::View(ViewCommand::Compare(CompareSettings { mode, ..compare.clone() })));
             }
         }
     });
-    (response.response)
-        .widget_info(|| WidgetInfo::labeled(Role::ComboBox, compare.on, "How to compare"));
+    (response.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, compare.on, "How to compare"));
 }
 
 /// The list of gains for the difference.
 pub fn gain_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = context.state.display.gain;
-    let list =
-        ComboBox::from_id_salt("difference gain").selected_text(format!("× {now}")).width(56.0);
+    let list = ComboBox::from_id_salt("difference gain").selected_text(format!("× {now}")).width(56.0);
     let response = list.show_ui(ui, |ui| {
         for gain in GAINS {
             if ui.selectable_label(gain == now, format!("× {gain}")).clicked() {
@@ -281,9 +268,7 @@ fn checkpoints_ui(
     if !context.readers.training.is_asked() {
         out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
-    let (Some(project), Some(records)) =
-        (context.session.project, &context.readers.training.records)
-    else {
+    let (Some(project), Some(records)) = (context.session.project, &context.readers.training.records) else {
         ui.label(RichText::new("Reading the checkpoints").color(theme::QUIET));
         return;
     };
@@ -301,8 +286,7 @@ fn checkpoints_ui(
             entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
         }
         if !records.kept.is_empty() {
-            entry(ui, out, "No network", Reference::Transfer)
-                .on_hover_text("Poses carried over, without a network");
+            entry(ui, out, "No network", Reference::Transfer).on_hover_text("Poses carried over, without a network");
         }
     });
 }
@@ -317,9 +301,7 @@ fn solo_ui(ui: &mut Ui, names: &str, hint: &str) -> bool {
 fn table_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let options = &context.state.export_options;
     let root = context.session.project.map(|project| &project.root);
-    let Some(table) = root.and_then(|root| options.shown_table(root)) else {
-        return;
-    };
+    let Some(table) = root.and_then(|root| options.shown_table(root)) else { return };
     let name = table.file_name().unwrap_or_default().to_string_lossy();
     let back = Button::new(RichText::new(format!("LUT {name} ×")).color(theme::ACCENT));
     let hint = "Shows the picture without the LUT. Export says whether one is baked in.";

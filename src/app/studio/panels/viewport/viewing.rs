@@ -12,8 +12,7 @@ use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::text::LayoutJob;
 use egui::{
-    Align2, Button, ComboBox, DragValue, FontId, Frame, Margin, Rect, RichText, Role, Sense, Ui,
-    WidgetInfo, vec2,
+    Align2, Button, ComboBox, DragValue, FontId, Frame, Margin, Rect, RichText, Role, Sense, Ui, WidgetInfo, vec2,
 };
 use scene::{Channel, EXPOSURE_STOPS, GAMMA, Inspection, ViewTransform, Viewing};
 
@@ -33,18 +32,12 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
         curve_ui(ui, context, out);
         let viewing = &context.state.display.viewing;
         let mut changed = viewing.clone();
-        let gamma = computing(&mut changed.gamma)
-            .speed(0.01)
-            .range(GAMMA)
-            .fixed_decimals(2);
+        let gamma = computing(&mut changed.gamma).speed(0.01).range(GAMMA).fixed_decimals(2);
         let hint = "Lifts or lowers the midtones, for viewing only. Double-click or Ctrl+R resets.";
         if number_ui(ui, "γ", gamma, viewing.gamma != 1.0, hint) {
             changed.gamma = 1.0;
         }
-        let stops = computing(&mut changed.exposure_stops)
-            .speed(0.02)
-            .range(EXPOSURE_STOPS)
-            .fixed_decimals(1);
+        let stops = computing(&mut changed.exposure_stops).speed(0.02).range(EXPOSURE_STOPS).fixed_decimals(1);
         let hint = "Brighter or darker by stops, for viewing only. Keys: E and Shift+E. Double-click or Ctrl+R resets.";
         let is_set = viewing.exposure_stops != 0.0;
         if number_ui(ui, "Exp", stops, is_set, hint) {
@@ -54,9 +47,7 @@ pub fn viewing_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -
             out.push(Command::View(ViewCommand::Viewing(changed)));
         }
         let eye = RichText::new(icons::SEEN).size(16.0).color(theme::QUIET);
-        ui.label(eye).on_hover_text(
-            "View settings change only the display. Exports use the settings under Light.",
-        );
+        ui.label(eye).on_hover_text("View settings change only the display. Exports use the settings under Light.");
     });
     shown.response.rect.width()
 }
@@ -128,8 +119,7 @@ fn curve_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             }
         });
     (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "View"));
-    let hint =
-        "A tone curve or OpenColorIO view, for viewing only. Exports use the curve under Light.";
+    let hint = "A tone curve or OpenColorIO view, for viewing only. Exports use the curve under Light.";
     list.response.on_hover_text(hint);
 }
 
@@ -197,9 +187,7 @@ fn unexported(state: &State) -> Viewing {
 
 /// The sign over the pictures, in the middle of an edge, while the display differs from the export.
 pub fn sign_ui(ui: &Ui, rect: Rect, edge: Align2, state: &State) {
-    let Some(words) = words(&unexported(state), state.shown_inspection()) else {
-        return;
-    };
+    let Some(words) = words(&unexported(state), state.shown_inspection()) else { return };
     let text = format!("{} {words}: not exported", icons::SEEN);
     let painter = ui.painter().with_clip_rect(rect);
     let font = FontId::proportional(13.0);
@@ -228,12 +216,7 @@ mod tests {
         let neutral = Viewing::default();
         assert_eq!(words(&neutral, plain), None);
         assert_eq!(words(&neutral, Inspection::Difference { gain: 4.0 }), None);
-        let viewing = Viewing {
-            exposure_stops: -1.5,
-            gamma: 1.2,
-            view: Some(ViewTransform::Aces),
-            through: None,
-        };
+        let viewing = Viewing { exposure_stops: -1.5, gamma: 1.2, view: Some(ViewTransform::Aces), through: None };
         let said = words(&viewing, plain).unwrap();
         assert_eq!(said, "viewing -1.5 stops, γ 1.20, ACES");
         let through = Some(Arc::new(DisplayTable::new("Film".to_owned(), |_| ())));

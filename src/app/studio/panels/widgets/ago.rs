@@ -39,8 +39,7 @@ mod tests {
     #[test]
     fn how_long_ago_is_read_at_a_glance() {
         let hour = 3600;
-        let said =
-            [0, hour, 5 * hour, 30 * hour, 80 * hour, 500 * hour, 2000 * hour, 30_000 * hour];
+        let said = [0, hour, 5 * hour, 30 * hour, 80 * hour, 500 * hour, 2000 * hour, 30_000 * hour];
         assert_eq!(
             said.map(ago),
             [

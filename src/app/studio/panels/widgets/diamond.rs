@@ -4,9 +4,7 @@ use crate::command::{Command, LookCommand};
 use crate::look::Group;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{
-    Color32, Painter, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2,
-};
+use egui::{Color32, Painter, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 use scene::Setting;
 
 /// Distance from a diamond's centre to its corners, in points.
@@ -23,13 +21,7 @@ pub fn diamond(painter: &Painter, at: Pos2, filled: bool, color: Color32) {
 }
 
 /// The diamond beside the field of a setting.
-pub fn beside_ui(
-    ui: &Ui,
-    context: &PanelContext,
-    of: Setting,
-    field: Rect,
-    out: &mut Vec<Command>,
-) {
+pub fn beside_ui(ui: &Ui, context: &PanelContext, of: Setting, field: Rect, out: &mut Vec<Command>) {
     let name = of.title(&context.state.look.lighting);
     within_ui(ui, context, (&[of], &name), beside(field), out);
 }
@@ -41,12 +33,7 @@ pub fn beside(field: Rect) -> Rect {
 }
 
 /// The diamond after the last widget of a row; otherwise as [`within_ui`].
-pub fn after_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    settings: (&[Setting], &str),
-    out: &mut Vec<Command>,
-) {
+pub fn after_ui(ui: &mut Ui, context: &PanelContext, settings: (&[Setting], &str), out: &mut Vec<Command>) {
     let size = vec2(WIDTH, ui.spacing().interact_size.y);
     let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
     within_ui(ui, context, settings, rect, out);
@@ -69,11 +56,7 @@ pub fn within_ui(
     let name = format!("{called} key at this frame");
     response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, is_here, &name));
     let is_keyed = settings.iter().any(|of| look.is_keyed(*of));
-    let color = if response.hovered() || response.has_focus() || is_keyed {
-        theme::KEY
-    } else {
-        theme::QUIET
-    };
+    let color = if response.hovered() || response.has_focus() || is_keyed { theme::KEY } else { theme::QUIET };
     diamond(ui.painter(), rect.center(), is_here, color);
     let does = if is_here { "Removes the key at this frame" } else { "Sets a key at this frame" };
     let key = match settings {
@@ -93,9 +76,7 @@ pub fn animated_ui(ui: &mut Ui, context: &PanelContext, group: Group) {
     let lanes = look.animation.lanes().map(|(setting, _)| setting);
     let names = lanes.filter(|of| Group::from_setting(*of) == group);
     let names: Vec<String> = names.map(|of| of.title(&look.lighting)).collect();
-    let Some((last, others)) = names.split_last() else {
-        return;
-    };
+    let Some((last, others)) = names.split_last() else { return };
     let subject = match others {
         [] => format!("{last} is"),
         _ => format!("{} and {last} are", others.join(", ")),

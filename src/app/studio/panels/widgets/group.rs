@@ -71,15 +71,11 @@ impl Heading {
 
 /// The name with an arrow; a click folds or unfolds the group.
 fn fold_ui(ui: &mut Ui, name: &str, folded: bool) -> Response {
-    let (arrow, hint) = if folded {
-        (icons::NEXT, "Show these settings")
-    } else {
-        (icons::DOWN, "Fold these settings")
-    };
+    let (arrow, hint) =
+        if folded { (icons::NEXT, "Show these settings") } else { (icons::DOWN, "Fold these settings") };
     let arrow = RichText::new(arrow).size(12.0).color(theme::QUIET);
-    let heading = Button::new((arrow, RichText::new(name).strong()))
-        .frame_when_inactive(false)
-        .min_size(vec2(0.0, 22.0));
+    let heading =
+        Button::new((arrow, RichText::new(name).strong())).frame_when_inactive(false).min_size(vec2(0.0, 22.0));
     let response = ui.add(heading);
     // Distinguished from tabs, which have the same names.
     response.widget_info(|| {

@@ -18,22 +18,17 @@ pub fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let size = vec2(width, rect.height() * 0.75);
     let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
-        egui::Frame::new().fill(theme::PANEL).corner_radius(6).inner_margin(3.0 * GAP).show(
-            ui,
-            |ui| {
-                ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
-                    ui.vertical_centered(contents);
-                });
-            },
-        );
+        egui::Frame::new().fill(theme::PANEL).corner_radius(6).inner_margin(3.0 * GAP).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+                ui.vertical_centered(contents);
+            });
+        });
     });
 }
 
 /// The interview frame, dimmed, behind a pane without content. Draws nothing until the frame is read.
 pub fn backdrop_ui(ui: &Ui, context: &PanelContext) {
-    let Some(Ok(frame)) = context.readers.footage.picture() else {
-        return;
-    };
+    let Some(Ok(frame)) = context.readers.footage.picture() else { return };
     let rect = ui.available_rect_before_wrap();
     let uv = covering(frame.texture.size_vec2(), rect.size());
     let painter = ui.painter().with_clip_rect(rect);

@@ -65,8 +65,7 @@ fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
         if last.take().is_some_and(is_again) {
             return Some(now);
         }
-        let found =
-            computed(text, now).map(|found| if N::INTEGRAL { found.round() } else { found });
+        let found = computed(text, now).map(|found| if N::INTEGRAL { found.round() } else { found });
         *last = found.map(|found| (text.to_owned(), [now, N::from_f64(found).to_f64()]));
         found
     })
@@ -75,8 +74,7 @@ fn computed_once<N: Numeric>(text: &str, now: f64) -> Option<f64> {
 /// The result of a text if the number is `now`; None if the text is not a computation.
 fn computed(text: &str, now: f64) -> Option<f64> {
     let plain: String = text.trim().replace('−', "-").replace(',', ".");
-    let (first, rest) =
-        if plain.starts_with(['+', '*', '/']) { (now, plain.as_str()) } else { number(&plain)? };
+    let (first, rest) = if plain.starts_with(['+', '*', '/']) { (now, plain.as_str()) } else { number(&plain)? };
     let Some(sign) = rest.chars().next().filter(|sign| "+-*/".contains(*sign)) else {
         return rest.is_empty().then_some(first);
     };
@@ -93,8 +91,7 @@ fn computed(text: &str, now: f64) -> Option<f64> {
 /// The leading number of a text, and the rest after spaces and a unit. Turns are converted to degrees.
 fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
-    let is_part =
-        |(place, c): &(usize, char)| c.is_ascii_digit() || *c == '.' || (*place == 0 && *c == '-');
+    let is_part = |(place, c): &(usize, char)| c.is_ascii_digit() || *c == '.' || (*place == 0 && *c == '-');
     let end = (text.char_indices().find(|part| !is_part(part))).map_or(text.len(), |(end, _)| end);
     let value: f64 = text[..end].parse().ok()?;
     let unit = text[end..].trim_start();

@@ -51,12 +51,7 @@ pub struct Number<'a> {
 impl Number<'_> {
     /// The number of a setting.
     pub fn from_setting(setting: Setting) -> Self {
-        Self {
-            name: setting.label(),
-            unit: setting.unit(),
-            range: setting.range(),
-            hint: setting.hint(),
-        }
+        Self { name: setting.label(), unit: setting.unit(), range: setting.range(), hint: setting.hint() }
     }
 
     /// Draws the number over its bar. Returns its rectangle, and the number if it was changed. A double-click sends
@@ -100,12 +95,7 @@ impl Number<'_> {
 }
 
 /// The row of a setting: its number, and the diamond for its keys.
-pub fn setting_ui(
-    ui: &mut Ui,
-    context: &PanelContext,
-    (setting, name): (Setting, &str),
-    out: &mut Vec<Command>,
-) {
+pub fn setting_ui(ui: &mut Ui, context: &PanelContext, (setting, name): (Setting, &str), out: &mut Vec<Command>) {
     let set = |value| Command::Look(LookCommand::Set(setting, value));
     let number = Number { name, ..Number::from_setting(setting) };
     let value = context.state.look.value(setting).unwrap_or_default();
@@ -125,12 +115,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, group: Group, out: &mut 
 }
 
 /// A list to choose one value from.
-pub fn choice_ui<T: PartialEq + Clone>(
-    ui: &mut Ui,
-    name: &str,
-    all: &[(T, &str)],
-    value: &mut T,
-) -> Response {
+pub fn choice_ui<T: PartialEq + Clone>(ui: &mut Ui, name: &str, all: &[(T, &str)], value: &mut T) -> Response {
     let label = ui.label(name);
     let now = all.iter().find(|(one, _)| one == value);
     let width = (ui.available_width() - BESIDE).max(FIELD);
@@ -191,18 +176,11 @@ fn bar_ui(
         ui.label(name)
     };
     let width = (ui.available_width() - beside).max(FIELD);
-    let response = over_bar(ui, range, value, |ui| {
-        ui.add_sized(vec2(width, 22.0), field).labelled_by(label.id)
-    });
+    let response = over_bar(ui, range, value, |ui| ui.add_sized(vec2(width, 22.0), field).labelled_by(label.id));
     resettable_ui(ui, response, out, reset)
 }
 
-fn resettable_ui(
-    ui: &Ui,
-    response: Response,
-    out: &mut Vec<Command>,
-    reset: impl FnOnce() -> Command,
-) -> Response {
+fn resettable_ui(ui: &Ui, response: Response, out: &mut Vec<Command>, reset: impl FnOnce() -> Command) -> Response {
     if is_reset(ui, &response) {
         out.push(reset());
     }

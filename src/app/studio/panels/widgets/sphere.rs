@@ -1,9 +1,7 @@
 //! Lamp directions as numbered marks, on a lat-long panorama and on a dome that can be turned.
 
 use crate::theme;
-use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2,
-};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
 use glam::{Quat, Vec3};
 use light::latlong::uv_from_direction;
 
@@ -38,11 +36,7 @@ impl Default for DomeView {
 /// Draws a mark at a point of the window.
 pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     let strength: f32 = if faint || mark.doubtful { 0.45 } else { 1.0 };
-    let fill = if mark.chosen {
-        theme::ACCENT
-    } else {
-        Color32::from_gray(20).gamma_multiply(strength.max(0.6))
-    };
+    let fill = if mark.chosen { theme::ACCENT } else { Color32::from_gray(20).gamma_multiply(strength.max(0.6)) };
     let color = if mark.chosen { Color32::BLACK } else { theme::TEXT.gamma_multiply(strength) };
     painter.circle(at, MARK_RADIUS, fill, Stroke::new(1.0, color));
     let number = mark.number.to_string();
@@ -99,8 +93,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
             (0..=72).map(|i| place(direction(i as f32 / 72.0 * std::f32::consts::TAU))).collect();
         for pair in points.windows(2) {
             let gray = if pair[0].1 >= 0.0 { 84 } else { 46 };
-            painter
-                .line_segment([pair[0].0, pair[1].0], Stroke::new(1.0, Color32::from_gray(gray)));
+            painter.line_segment([pair[0].0, pair[1].0], Stroke::new(1.0, Color32::from_gray(gray)));
         }
     };
     line(&|a| Vec3::new(a.sin(), 0.0, a.cos()));
@@ -109,13 +102,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         let (at, depth) = place(direction);
         let color = theme::QUIET.gamma_multiply(if depth >= 0.0 { 1.0 } else { 0.4 });
         painter.circle_filled(at, 2.0, color);
-        painter.text(
-            at + vec2(0.0, -3.0),
-            Align2::CENTER_BOTTOM,
-            name,
-            FontId::proportional(10.0),
-            color,
-        );
+        painter.text(at + vec2(0.0, -3.0), Align2::CENTER_BOTTOM, name, FontId::proportional(10.0), color);
     }
     let seen: Vec<(Pos2, f32)> = marks.iter().map(|mark| place(mark.direction)).collect();
     let places: Vec<Pos2> = seen.iter().map(|(at, _)| *at).collect();
@@ -125,10 +112,10 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         mark_ui(painter, places[i], &marks[i], seen[i].1 < 0.0);
     }
     // Where marks overlap, a click selects the nearer one.
-    let near: Vec<Pos2> =
-        seen.iter().map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) }).collect();
+    let near: Vec<Pos2> = seen.iter().map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) }).collect();
     let hit = clicked(&response, marks, &near).or_else(|| clicked(&response, marks, &places));
-    let hint = "The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.";
+    let hint =
+        "The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.";
     theme::hint_at_rest_ui(response, hint);
     hit
 }
@@ -146,10 +133,7 @@ pub fn clicked(response: &Response, marks: &[Mark], places: &[Pos2]) -> Option<u
 }
 
 /// Marks with their points, the chosen one last, so that it is drawn on top.
-pub fn in_order<'a>(
-    marks: &'a [Mark],
-    places: &'a [Pos2],
-) -> impl Iterator<Item = (&'a Mark, Pos2)> {
+pub fn in_order<'a>(marks: &'a [Mark], places: &'a [Pos2]) -> impl Iterator<Item = (&'a Mark, Pos2)> {
     let all = move || marks.iter().zip(places.iter().copied());
     all().filter(|(mark, _)| !mark.chosen).chain(all().filter(|(mark, _)| mark.chosen))
 }

@@ -18,19 +18,13 @@ fn sky(d: DVec3) -> [f32; 3] {
 }
 
 /// A sky in a mapping, by the mean of many rays in each pixel, the grid displaced by `shift` pixels.
-fn drawn(
-    mapping: Mapping,
-    size: (usize, usize),
-    shift: f64,
-    sky: impl Fn(DVec3) -> [f32; 3],
-) -> Image {
+fn drawn(mapping: Mapping, size: (usize, usize), shift: f64, sky: impl Fn(DVec3) -> [f32; 3]) -> Image {
     const RAYS: usize = 4;
     Image::from_fn(size.0, size.1, |x, y| {
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         for ray in 0..RAYS * RAYS {
-            let at = |p: usize, r: usize, size: usize| {
-                (p as f64 + shift + (r as f64 + 0.5) / RAYS as f64) / size as f64
-            };
+            let at =
+                |p: usize, r: usize, size: usize| (p as f64 + shift + (r as f64 + 0.5) / RAYS as f64) / size as f64;
             let place = (at(x, ray % RAYS, size.0), at(y, ray / RAYS, size.1));
             if let Some(d) = mapping.direction(place.0, place.1) {
                 sum = [0, 1, 2].map(|c| sum[c] + sky(d)[c]);
@@ -47,12 +41,7 @@ fn painted(mapping: Mapping, size: (usize, usize)) -> Image {
 
 /// Peak signal-to-noise ratio in dB, weighted by solid angle, and the largest difference relative to the peak.
 /// Counts pixels fully inside the picture whose centre's direction is selected.
-fn compared(
-    a: &Image,
-    b: &Image,
-    mapping: Mapping,
-    of_interest: impl Fn(DVec3) -> bool,
-) -> (f64, f64) {
+fn compared(a: &Image, b: &Image, mapping: Mapping, of_interest: impl Fn(DVec3) -> bool) -> (f64, f64) {
     let projection = mapping.projection(a.size()).unwrap();
     let (angles, coverage) = (projection.solid_angles(), projection.coverage());
     let (mut error, mut sphere, mut peak, mut worst) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
@@ -170,9 +159,7 @@ fn the_middles_and_sides_are_those_of_the_table() {
         assert!(found.distance(d) < 1e-9, "{mapping:?} ({u}, {v}): {found} is not {d}");
     };
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-    for (mapping, middle) in
-        [(Mapping::Angular, -z), (Mapping::MirrorBall, z), (Mapping::LatLong, -z)]
-    {
+    for (mapping, middle) in [(Mapping::Angular, -z), (Mapping::MirrorBall, z), (Mapping::LatLong, -z)] {
         near(mapping, 0.5, 0.5, middle);
     }
     near(Mapping::Angular, 0.75, 0.5, x);
@@ -180,14 +167,7 @@ fn the_middles_and_sides_are_those_of_the_table() {
     let quarter = 0.5 + 0.5 * (PI / 4.0).sin();
     near(Mapping::MirrorBall, quarter, 0.5, x);
     near(Mapping::MirrorBall, 0.5, 1.0 - quarter, y);
-    for (u, v, d) in [
-        (1.5, 1.5, -z),
-        (2.5, 1.5, x),
-        (0.5, 1.5, -x),
-        (3.5, 1.5, z),
-        (1.5, 0.5, y),
-        (1.5, 2.5, -y),
-    ] {
+    for (u, v, d) in [(1.5, 1.5, -z), (2.5, 1.5, x), (0.5, 1.5, -x), (3.5, 1.5, z), (1.5, 0.5, y), (1.5, 2.5, -y)] {
         near(Mapping::CubeCross, u / 4.0, v / 3.0, d);
     }
     for (i, d) in [x, -x, y, -y, z, -z].into_iter().enumerate() {
@@ -211,13 +191,9 @@ fn a_cube_is_unfolded_without_tears() {
     // Both sides of an edge between two touching faces of the cross look alike.
     let size = (64, 48);
     let image = painted(Mapping::CubeCross, size);
-    for (a, b) in [
-        ((31, 20), (32, 20)),
-        ((15, 20), (16, 20)),
-        ((47, 20), (48, 20)),
-        ((20, 15), (20, 16)),
-        ((20, 31), (20, 32)),
-    ] {
+    for (a, b) in
+        [((31, 20), (32, 20)), ((15, 20), (16, 20)), ((47, 20), (48, 20)), ((20, 15), (20, 16)), ((20, 31), (20, 32))]
+    {
         let (a, b) = (image.at(a.0, a.1), image.at(b.0, b.1));
         for (a, b) in a.iter().zip(b) {
             assert!((a - b).abs() < 0.25, "{a} beside {b}");
@@ -282,9 +258,7 @@ fn nothing_jumps_at_the_seam_or_the_poles() {
         let image = painted(from, from.size(128));
         let turned = convert_turned(&image, from, Mapping::LatLong, (128, 64), turn).unwrap().image;
         let back = turn.inverse().as_dquat();
-        let truth = Image::from_fn(128, 64, |x, y| {
-            sky(back * latlong::texel_direction(x, y, 128, 64).as_dvec3())
-        });
+        let truth = Image::from_fn(128, 64, |x, y| sky(back * latlong::texel_direction(x, y, 128, 64).as_dvec3()));
         let clear = clear_of_the_rim(from, 128);
         let (psnr, worst) = compared(&turned, &truth, Mapping::LatLong, |d| clear(back * d));
         println!("{from:?} turned: {psnr:.1} dB, worst {worst:.4}");
@@ -296,8 +270,7 @@ fn nothing_jumps_at_the_seam_or_the_poles() {
 fn a_yaw_moves_the_picture_to_the_right() {
     let image = painted(Mapping::LatLong, (64, 32));
     let yaw = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
-    let turned =
-        convert_turned(&image, Mapping::LatLong, Mapping::LatLong, (64, 32), yaw).unwrap().image;
+    let turned = convert_turned(&image, Mapping::LatLong, Mapping::LatLong, (64, 32), yaw).unwrap().image;
     let moved = Image::from_fn(64, 32, |x, y| image.at((x + 64 - 16) % 64, y));
     assert!(compared(&turned, &moved, Mapping::LatLong, |_| true).0 > 50.0);
 }
@@ -308,8 +281,7 @@ fn what_is_outside_a_disc_does_not_matter() {
     let mut dirty = clean.clone();
     dirty.pixels[0] = [f32::NAN; 3];
     dirty.pixels[31] = [1e9; 3];
-    let [a, b] = [&clean, &dirty]
-        .map(|image| convert(image, Mapping::Angular, Mapping::LatLong, (32, 16)).unwrap());
+    let [a, b] = [&clean, &dirty].map(|image| convert(image, Mapping::Angular, Mapping::LatLong, (32, 16)).unwrap());
     assert_eq!((a.image, a.repaired_pixels), (b.image, b.repaired_pixels));
 }
 

@@ -28,10 +28,8 @@ fn read_pfm(path: &Path) -> Image {
     assert_eq!(fields[0], "PF");
     let (width, height) = (fields[1].parse().unwrap(), fields[2].parse().unwrap());
     assert!(fields[3].parse::<f32>().unwrap() < 0.0, "big-endian");
-    let values: Vec<f32> = bytes[start..]
-        .chunks_exact(4)
-        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-        .collect();
+    let values: Vec<f32> =
+        bytes[start..].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
     Image::from_fn(width, height, |x, y| {
         let first = 3 * ((height - 1 - y) * width + x);
         [values[first], values[first + 1], values[first + 2]]
@@ -75,9 +73,7 @@ fn pictures_agree_with_those_of_pfspanoramic() {
     };
     let mut agreed = 0;
     use Mapping::{Angular, LatLong, MirrorBall};
-    for (from, to) in
-        [(LatLong, Angular), (Angular, LatLong), (MirrorBall, LatLong), (LatLong, MirrorBall)]
-    {
+    for (from, to) in [(LatLong, Angular), (Angular, LatLong), (MirrorBall, LatLong), (LatLong, MirrorBall)] {
         let ((from_name, from_size), (to_name, to_size)) = (facts(from), facts(to));
         // pfspanoramic's mirror ball is a view from inside (see the module's documentation): its lat-long has u' =
         // 3/2 − u, that is −z for z.

@@ -2,8 +2,7 @@ use super::*;
 use crate::Mapping;
 use crate::latlong::{texel_direction, texel_solid_angle};
 use exr::prelude::{
-    AnyChannel, AnyChannels, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2,
-    WritableImage,
+    AnyChannel, AnyChannels, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2, WritableImage,
 };
 use imaging::{Encoded, Image, file};
 use std::path::PathBuf;
@@ -12,9 +11,7 @@ mod openexr;
 mod radiance_hdr;
 
 fn picture(width: usize, height: usize) -> Image {
-    Image::from_fn(width, height, |x, y| {
-        [0, 1, 2].map(|c| ((x * 31 + y * 17 + c * 7) % 97) as f32 / 32.0 + 0.25)
-    })
+    Image::from_fn(width, height, |x, y| [0, 1, 2].map(|c| ((x * 31 + y * 17 + c * 7) % 97) as f32 / 32.0 + 0.25))
 }
 
 struct Folder(tempfile::TempDir);
@@ -36,13 +33,7 @@ fn read_all(path: &Path) -> Panorama {
 }
 
 /// An EXR with named channels and a data window placed in a display window.
-fn write_exr(
-    path: &Path,
-    image: &Image,
-    names: &[(&str, usize)],
-    at: (i32, i32),
-    display: (usize, usize),
-) {
+fn write_exr(path: &Path, image: &Image, names: &[(&str, usize)], at: (i32, i32), display: (usize, usize)) {
     let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = names
         .iter()
         .map(|&(name, c)| {
@@ -51,12 +42,8 @@ fn write_exr(
         })
         .collect();
     let attributes = LayerAttributes { layer_position: Vec2(at.0, at.1), ..Default::default() };
-    let layer = Layer::new(
-        image.size(),
-        attributes,
-        exr::prelude::Encoding::FAST_LOSSLESS,
-        AnyChannels::sort(channels),
-    );
+    let layer =
+        Layer::new(image.size(), attributes, exr::prelude::Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
     let mut file = exr::prelude::Image::from_layer(layer);
     file.attributes.display_window = IntegerBounds::from_dimensions(display);
     file.write().to_file(path).unwrap();
@@ -81,9 +68,7 @@ fn wide_panoramas_are_averaged_by_solid_angle() {
         let whole = Environment::from_radiance("", image.clone());
         same_energy(&read.environment, &whole);
         if width == 50 {
-            for (a, b) in
-                read.environment.radiance.pixels.iter().zip(whole.reduced(50).radiance.pixels)
-            {
+            for (a, b) in read.environment.radiance.pixels.iter().zip(whole.reduced(50).radiance.pixels) {
                 assert!((a[0] - b[0]).abs() <= 1e-5 * b[0], "{a:?} for {b:?}");
             }
         }
@@ -121,18 +106,12 @@ fn encoded_pictures_are_light_with_a_warning() {
     assert!((r - 0.1845).abs() < 2e-3 && (g - 0.2159).abs() < 2e-3 && b == 0.0, "{r} {g} {b}");
     assert!(read.notes[0].contains("6.2 % of its pixels are clipped"), "{:?}", read.notes);
 
-    let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_fn(16, 8, |x, _| {
-        image::Rgb([x as u16, 32768, 65535])
-    });
+    let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_fn(16, 8, |x, _| image::Rgb([x as u16, 32768, 65535]));
     let path = folder.0.path().join("sky.tiff");
     deep.save(&path).unwrap();
     let read = read_all(&path);
     let [r, g, b] = read.environment.radiance.at(15, 3);
-    assert!(
-        (f64::from(r) - 15.0 / 65535.0 / 12.92).abs() < 1e-8
-            && (g - 0.2140).abs() < 1e-3
-            && b == 1.0
-    );
+    assert!((f64::from(r) - 15.0 / 65535.0 / 12.92).abs() < 1e-8 && (g - 0.2140).abs() < 1e-3 && b == 1.0);
     assert!(read.notes[0].starts_with("16 bits"), "{:?}", read.notes);
 
     let path = folder.0.path().join("sky.jpg");
@@ -163,8 +142,7 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
         let image = &read.environment.radiance;
         assert_eq!(image.size(), (width, width / 2));
         assert_eq!(image.pixels[0], image.pixels[width - 1]);
-        let (low, high) =
-            image.pixels.iter().flatten().fold((9f32, 0f32), |(a, b), v| (a.min(*v), b.max(*v)));
+        let (low, high) = image.pixels.iter().flatten().fold((9f32, 0f32), |(a, b), v| (a.min(*v), b.max(*v)));
         assert!(low >= 0.24 && high <= 3.3, "{low} to {high}");
     }
 }
@@ -180,8 +158,7 @@ fn a_light_probe_is_unwrapped_when_asked() {
             // Pixels with their middle beyond a disc's rim show the sphere just inside it.
             let shown = (0..10).find_map(|step| {
                 let pull = 1.0 - 0.01 * f64::from(step);
-                let place =
-                    |p: usize, size: usize| 0.5 + pull * ((p as f64 + 0.5) / size as f64 - 0.5);
+                let place = |p: usize, size: usize| 0.5 + pull * ((p as f64 + 0.5) / size as f64 - 0.5);
                 mapping.direction(place(x, size.0), place(y, size.1))
             });
             shown.map_or([9.0; 3], |d| sky(d.as_vec3()))
@@ -192,10 +169,9 @@ fn a_light_probe_is_unwrapped_when_asked() {
         let (mut error, mut sphere) = (0.0, 0.0);
         for y in 0..h {
             for x in 0..w {
-                let (is, wanted) =
-                    (read.environment.radiance.at(x, y), sky(texel_direction(x, y, w, h)));
-                error += texel_solid_angle(y, w, h)
-                    * f64::from((is[0] - wanted[0]).powi(2) + (is[2] - wanted[2]).powi(2));
+                let (is, wanted) = (read.environment.radiance.at(x, y), sky(texel_direction(x, y, w, h)));
+                error +=
+                    texel_solid_angle(y, w, h) * f64::from((is[0] - wanted[0]).powi(2) + (is[2] - wanted[2]).powi(2));
                 sphere += texel_solid_angle(y, w, h);
             }
         }
@@ -205,9 +181,7 @@ fn a_light_probe_is_unwrapped_when_asked() {
 #[test]
 fn what_the_image_crate_reads_is_read_alike() {
     for name in ["probulator_pisa.hdr", "polyhaven_street_lamp_1k.hdr", "grace_cathedral.exr"] {
-        let Some(path) = test_support::shared(format!("data/hdri/{name}")) else {
-            return;
-        };
+        let Some(path) = test_support::shared(format!("data/hdri/{name}")) else { return };
         let reference = file::read_linear(&path).unwrap();
         let read = read_all(&path);
         assert_eq!(read.environment.radiance.size(), reference.size());

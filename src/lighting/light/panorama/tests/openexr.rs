@@ -34,8 +34,7 @@ fn layers_are_named() {
     let folder = Folder::new();
     let path = folder.0.path().join("layers.exr");
     let image = picture(16, 8);
-    let names =
-        [("key.R", 0), ("key.G", 1), ("key.B", 2), ("rim.R", 2), ("rim.G", 2), ("rim.B", 2)];
+    let names = [("key.R", 0), ("key.G", 1), ("key.B", 2), ("rim.R", 2), ("rim.G", 2), ("rim.B", 2)];
     write_exr(&path, &image, &names, (0, 0), (16, 8));
     let said = read(&path, &ReadSettings::default()).unwrap_err().to_string();
     assert!(said.contains("\"key\", \"rim\""), "{said}");
@@ -60,18 +59,12 @@ fn a_data_window_lies_where_it_says() {
         let read = read_all(&path);
         let expected = Image::from_fn(32, 16, |x, y| {
             let (x, y) = (x as i32 - at.0, y as i32 - at.1);
-            if (0..10).contains(&x) && (0..6).contains(&y) {
-                image.at(x as usize, y as usize)
-            } else {
-                [0.0; 3]
-            }
+            if (0..10).contains(&x) && (0..6).contains(&y) { image.at(x as usize, y as usize) } else { [0.0; 3] }
         });
         assert_eq!(read.environment.radiance, expected, "{at:?}");
         assert!(read.notes[0].contains("the rest is black"), "{:?}", read.notes);
         // The same, reduced.
-        let small = crate::panorama::read(&path, &ReadSettings { width: 12, mapping: None })
-            .unwrap()
-            .environment;
+        let small = crate::panorama::read(&path, &ReadSettings { width: 12, mapping: None }).unwrap().environment;
         same_energy(&small, &Environment::from_radiance("", expected));
     }
     // The display window of a shot: the panorama is the data window.

@@ -48,8 +48,7 @@ fn hdr(header: &str, lines: &[Vec<[u8; 4]>], coding: Coding) -> Vec<u8> {
                 for c in 0..4 {
                     let mut x = 0;
                     while x < line.len() {
-                        let run =
-                            line[x..].iter().take(127).take_while(|p| p[c] == line[x][c]).count();
+                        let run = line[x..].iter().take(127).take_while(|p| p[c] == line[x][c]).count();
                         if run > 2 {
                             bytes.extend([128 + run as u8, line[x][c]]);
                             x += run;
@@ -86,13 +85,9 @@ fn the_eight_orientations_of_radiance_are_one_picture() {
             let at = |i: usize, j: usize| {
                 let (x, y) = if columns { (i, j) } else { (j, i) };
                 // +X goes right and +Y goes up.
-                code(
-                    if x_sign == "+X" { x } else { w - 1 - x },
-                    if y_sign == "-Y" { y } else { h - 1 - y },
-                )
+                code(if x_sign == "+X" { x } else { w - 1 - x }, if y_sign == "-Y" { y } else { h - 1 - y })
             };
-            let data: Vec<Vec<_>> =
-                (0..lines).map(|i| (0..length).map(|j| at(i, j)).collect()).collect();
+            let data: Vec<Vec<_>> = (0..lines).map(|i| (0..length).map(|j| at(i, j)).collect()).collect();
             for coding in [Coding::Plain, Coding::Old, Coding::New] {
                 let header = format!("{HEADER}{first} {lines} {second} {length}\n");
                 let path = folder.write("o.hdr", &hdr(&header, &data, coding));
@@ -108,8 +103,7 @@ fn the_eight_orientations_of_radiance_are_one_picture() {
 fn long_runs_of_the_old_coding_are_read() {
     let folder = Folder::new();
     let lines = vec![vec![[128, 64, 32, 129]; 1400]; 2];
-    let path =
-        folder.write("old.hdr", &hdr(&format!("{HEADER}-Y 2 +X 1400\n"), &lines, Coding::Old));
+    let path = folder.write("old.hdr", &hdr(&format!("{HEADER}-Y 2 +X 1400\n"), &lines, Coding::Old));
     let reading = ReadSettings { mapping: Some(Mapping::LatLong), ..ReadSettings::default() };
     let image = read(&path, &reading).unwrap().environment.radiance;
     assert!(image.pixels.iter().all(|p| *p == [1.0, 0.5, 0.25]));
@@ -120,16 +114,11 @@ fn xyz_exposure_and_colour_correction_are_taken_out() {
     let folder = Folder::new();
     // D65 white. The header says that the exposure was doubled and red halved after it.
     let lines = vec![vec![[243, 255, 255, 128]; 16]; 8];
-    let path = folder.write(
-        "xyz.hdr",
-        &hdr("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 8 +X 16\n", &lines, Coding::New),
-    );
+    let path = folder.write("xyz.hdr", &hdr("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 8 +X 16\n", &lines, Coding::New));
     let [r, g, b] = read_all(&path).environment.radiance.pixels[0];
-    assert!(
-        (r - 1.01).abs() < 0.05 && (g - 1.0).abs() < 0.02 && (b - 0.94).abs() < 0.05,
-        "{r} {g} {b}"
-    );
-    let header = "#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\nEXPOSURE= 0.5\nEXPOSURE=4\nCOLORCORR=2 1 1\n\n-Y 8 +X 16\n";
+    assert!((r - 1.01).abs() < 0.05 && (g - 1.0).abs() < 0.02 && (b - 0.94).abs() < 0.05, "{r} {g} {b}");
+    let header =
+        "#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\nEXPOSURE= 0.5\nEXPOSURE=4\nCOLORCORR=2 1 1\n\n-Y 8 +X 16\n";
     let lines = vec![vec![[128, 128, 128, 131]; 16]; 8];
     let path = folder.write("gain.hdr", &hdr(header, &lines, Coding::New));
     assert_eq!(read_all(&path).environment.radiance.pixels[0], [0.5, 1.0, 1.0]);

@@ -19,12 +19,7 @@ fn energy_lost(weights: &LightWeights, rig: &Rig, environment: &Environment) -> 
 }
 
 /// An environment of `around` with `pixels` of value `inside`.
-fn spotted(
-    (width, height): (usize, usize),
-    around: f32,
-    pixels: &[(usize, usize)],
-    inside: [f32; 3],
-) -> Environment {
+fn spotted((width, height): (usize, usize), around: f32, pixels: &[(usize, usize)], inside: [f32; 3]) -> Environment {
     let mut image = Image::filled(width, height, [around; 3]);
     for (x, y) in pixels {
         image.pixels[y * width + x] = inside;
@@ -98,9 +93,7 @@ fn texels_that_are_no_light_leave_weights_finite_and_the_rest_of_the_light_as_it
     for kind in kinds() {
         let partition = kind(&rig, 64);
         let even = spotted((64, 32), 1.0, &[], [0.0; 3]);
-        for (value, (x, y)) in
-            (values.iter()).flat_map(|v| [0, 1, 16, 30, 31].map(|y| (v, (5 * y % 64, y))))
-        {
+        for (value, (x, y)) in (values.iter()).flat_map(|v| [0, 1, 16, 30, 31].map(|y| (v, (5 * y % 64, y)))) {
             let broken = spotted((64, 32), 1.0, &[(x, y)], [*value, 1.0, *value]);
             assert_eq!(broken.repaired_texels, 1);
             let weights = partition.weights(&broken, 7.7);
@@ -130,19 +123,15 @@ fn texels_that_are_no_light_leave_weights_finite_and_the_rest_of_the_light_as_it
 fn the_brightest_values_a_file_can_hold_leave_weights_finite() {
     let rig = rig(&lattice(41));
     let mut weigh = EnvironmentWeights::new(&sun(0, 0, 64), &rig, Weighting::Fit);
-    let bright = Lighting {
-        intensity_stops: 10.0,
-        placed: vec!["0,10,5,1e20".parse().unwrap()],
-        ..Lighting::default()
-    };
-    let lightings = [Weighting::Cells, Weighting::Smooth, Weighting::Fit]
-        .map(|weighting| Lighting { weighting, ..bright.clone() });
+    let bright =
+        Lighting { intensity_stops: 10.0, placed: vec!["0,10,5,1e20".parse().unwrap()], ..Lighting::default() };
+    let lightings =
+        [Weighting::Cells, Weighting::Smooth, Weighting::Fit].map(|weighting| Lighting { weighting, ..bright.clone() });
     let tilted = Lighting { pitch_deg: 50.0, ..bright };
     for value in [1e6, 65_504.0, 1e30, f32::MAX] {
-        for environment in [
-            spotted((64, 32), value, &[], [0.0; 3]),
-            spotted((64, 32), 0.1, &[(0, 0), (63, 31)], [value; 3]),
-        ] {
+        for environment in
+            [spotted((64, 32), value, &[], [0.0; 3]), spotted((64, 32), 0.1, &[(0, 0), (63, 31)], [value; 3])]
+        {
             weigh = weigh.environment(&environment);
             for lighting in lightings.iter().chain([&tilted, &Lighting::default()]) {
                 for unit in [1.0, 1e30] {
@@ -217,11 +206,7 @@ fn a_million_turns_are_no_turn() {
             }
         }
         for turns in [1.0f32, 1e3, 1e6] {
-            let tilted = |angle: f32| Lighting {
-                pitch_deg: 30.0 + angle,
-                roll_deg: angle,
-                ..Lighting::default()
-            };
+            let tilted = |angle: f32| Lighting { pitch_deg: 30.0 + angle, roll_deg: angle, ..Lighting::default() };
             let angle = 360.0 * turns;
             if 30.0 + f64::from(angle) == f64::from(30.0 + angle) {
                 let once = weights.weights(&tilted(0.0), 5.0, 1.0);
@@ -254,8 +239,7 @@ fn a_turn_in_tenths_of_a_degree_does_not_flicker_by_fit() {
     // Largest jump of a weight, and the index of its step.
     let largest = |steps: std::ops::RangeInclusive<usize>, step_deg: f64| -> (f64, usize) {
         let first = *steps.start();
-        let turn: Vec<Vec<f64>> =
-            (steps.into_par_iter()).map(|step| given(step as f64 * step_deg)).collect();
+        let turn: Vec<Vec<f64>> = (steps.into_par_iter()).map(|step| given(step as f64 * step_deg)).collect();
         let jump = |pair: &[Vec<f64>]| {
             let pairs = pair[0].iter().zip(&pair[1]);
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

@@ -179,12 +179,9 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
         for (lamps, count) in nodes.lamps.iter().zip(&counts) {
             let cell = 4.0 * std::f32::consts::PI * *count as f32 / SAMPLES as f32;
             for &lamp in lamps {
-                let given =
-                    weights.per_lamp[lamp][1] * rig.lamps[lamp].energy[1] * lamps.len() as f32;
+                let given = weights.per_lamp[lamp][1] * rig.lamps[lamp].energy[1] * lamps.len() as f32;
                 // Half a texel of 1.4° along the full border of the cell, if it follows the texels.
-                let border = 0.5 * std::f32::consts::TAU / 256.0
-                    * 2.0
-                    * (std::f32::consts::PI * cell).sqrt();
+                let border = 0.5 * std::f32::consts::TAU / 256.0 * 2.0 * (std::f32::consts::PI * cell).sqrt();
                 assert!((given - cell).abs() < border, "{name}: {given} is not {cell}");
                 square += (given / cell - 1.0).powi(2) / rig.lamps.len() as f32;
             }
@@ -208,8 +205,7 @@ pub(super) fn steepness(rig: &Rig) -> f64 {
     let fillers = nodes.directions.len() > nodes.lamps.len();
     let steepest = hull.facets.iter().map(|facet| {
         let rows = facet.coordinates.transpose();
-        let (rows, sum) =
-            ([rows.x_axis, rows.y_axis, rows.z_axis], rows.x_axis + rows.y_axis + rows.z_axis);
+        let (rows, sum) = ([rows.x_axis, rows.y_axis, rows.z_axis], rows.x_axis + rows.y_axis + rows.z_axis);
         let slopes = rows.map(|row| row.length().max((row - sum).length()));
         if fillers { slopes.iter().sum() } else { slopes.into_iter().fold(0.0, f64::max) }
     });
@@ -223,8 +219,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
         let partition = Partition::smooth(&rig, 256);
         let (x, y) = (60, 50);
         let day = sun(x, y, 256);
-        let energy =
-            f64::from(day.radiance.pixels[y * 256 + x][1]) * texel_solid_angle(y, 256, 128);
+        let energy = f64::from(day.radiance.pixels[y * 256 + x][1]) * texel_solid_angle(y, 256, 128);
         // Between columns a weight is linear, with at most the slope between their centres.
         let allowed = steepness(&rig) * f64::from(STEP_DEG).to_radians();
         let shares = |weights: &LightWeights| -> Vec<f64> {
@@ -241,10 +236,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
             before = after;
         }
         // Weights are rounded to 6e-8 of themselves, and yaws in degrees to 3e-5.
-        assert!(
-            largest <= allowed * 1.01 + 3e-7,
-            "{name}: {largest:.2e} in a step that allows {allowed:.2e}"
-        );
+        assert!(largest <= allowed * 1.01 + 3e-7, "{name}: {largest:.2e} in a step that allows {allowed:.2e}");
         println!("{name}: {largest:.2e} of the light in 0.01°, allowed {allowed:.2e}");
     }
 }
@@ -268,8 +260,7 @@ fn a_fit_never_moves_light_at_once() {
             change.sum::<f64>() / 2.0
         };
         let moved = |from: f32, to: f32| apart(&given(from), &given(to));
-        let turn: Vec<Vec<f64>> =
-            (0..=1440usize).into_par_iter().map(|step| given(0.25 * step as f32)).collect();
+        let turn: Vec<Vec<f64>> = (0..=1440usize).into_par_iter().map(|step| given(0.25 * step as f32)).collect();
         let steps = turn.windows(2).map(|pair| apart(&pair[0], &pair[1]));
         let (step, whole) = (steps.enumerate()).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         let mut from = 0.25 * step as f32;
@@ -302,8 +293,7 @@ fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
             let weights = partition.turned_weights(&day, rotation(0.0, 0.075 * step as f32, 0.0));
             if let Some(before) = before {
                 let pairs = weights.per_lamp.iter().zip(&before.per_lamp).zip(&poles.lamps);
-                let moved =
-                    pairs.map(|((a, b), lamp)| f64::from((a[1] - b[1]).abs() * lamp.energy[1]));
+                let moved = pairs.map(|((a, b), lamp)| f64::from((a[1] - b[1]).abs() * lamp.energy[1]));
                 largest = largest.max(moved.sum::<f64>() / total / 2.0);
             }
             before = Some(weights);
@@ -321,8 +311,7 @@ fn a_pitch_moves_light_up_and_a_roll_counter_clockwise() {
     near(rotation(0.0, 0.0, 90.0) * Vec3::X, Vec3::Y);
     near(rotation(90.0, 0.0, 90.0) * Vec3::NEG_Z, Vec3::Y);
     let rig = rig(&[Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y]);
-    let weights =
-        Partition::cells(&rig, 64).turned_weights(&sun(32, 16, 64), rotation(0.0, 80.0, 0.0));
+    let weights = Partition::cells(&rig, 64).turned_weights(&sun(32, 16, 64), rotation(0.0, 80.0, 0.0));
     assert!(weights.per_lamp[4][1] > 0.0 && weights.per_lamp[0][1] == 0.0);
 }
 
@@ -370,8 +359,7 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
     });
     let mixed = Environment::from_radiance("mixed", mixed);
     let weights = Partition::fit(&rig, 256).weights(&mixed, 0.0);
-    let given: Vec<f32> =
-        weights.per_lamp.iter().zip(&rig.lamps).map(|(w, l)| w[1] * l.energy[1]).collect();
+    let given: Vec<f32> = weights.per_lamp.iter().zip(&rig.lamps).map(|(w, l)| w[1] * l.energy[1]).collect();
     let scale = given.iter().sum::<f32>() / wanted.iter().sum::<f32>();
     for (given, wanted) in given.iter().zip(&wanted) {
         assert!((given / scale - wanted).abs() < 0.05, "{} is not {wanted}", given / scale);
@@ -403,9 +391,7 @@ fn a_fit_keeps_dim_light_beside_a_bright_one() {
 
 #[test]
 fn a_slow_turn_of_a_sunny_park_is_smooth() {
-    let Some(path) = test_support::shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr") else {
-        return;
-    };
+    let Some(path) = test_support::shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr") else { return };
     let park = crate::panorama::load(&path).unwrap().reduced(256);
     let rig = rig(&lattice(41));
     let total = luminance(park.energy());
@@ -419,10 +405,7 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
                 let weights = table.at(0.25 * frame as f32);
                 let lamps = weights.per_lamp.iter().zip(&rig.lamps);
                 lamps
-                    .map(|(w, lamp)| {
-                        luminance([0, 1, 2].map(|c| f64::from(w[c]) * f64::from(lamp.energy[c])))
-                            / total
-                    })
+                    .map(|(w, lamp)| luminance([0, 1, 2].map(|c| f64::from(w[c]) * f64::from(lamp.energy[c]))) / total)
                     .collect()
             })
             .collect();
@@ -454,33 +437,24 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
 
 #[test]
 fn a_fit_relights_a_ball_better_than_cells_do() {
-    let Some(folder) = test_support::shared("data/hdri") else {
-        return;
-    };
-    let rig = Rig {
-        lamps: (rig(&lattice(41)).lamps.into_iter())
-            .map(|lamp| Lamp { energy: [1.0; 3], ..lamp })
-            .collect(),
-    };
+    let Some(folder) = test_support::shared("data/hdri") else { return };
+    let rig =
+        Rig { lamps: (rig(&lattice(41)).lamps.into_iter()).map(|lamp| Lamp { energy: [1.0; 3], ..lamp }).collect() };
     let partitions = kinds().map(|kind| kind(&rig, 64));
     // A matt ball by Lambert's law, and a satin one with a broad lobe about the normal.
     for power in [1, 8] {
         let mut decibels = [0.0f32; 3];
-        let panoramas =
-            ["probulator_uffizi.hdr", "probulator_wells.hdr", "sunset.exr", "studio.exr"];
+        let panoramas = ["probulator_uffizi.hdr", "probulator_wells.hdr", "sunset.exr", "studio.exr"];
         for panorama in panoramas {
             let environment = crate::panorama::load(&folder.join(panorama)).unwrap().reduced(64);
             let truth_and_sums: Vec<(f32, [f32; 3])> = {
                 let weights = partitions.each_ref().map(|p| p.weights(&environment, 0.0).per_lamp);
                 let shade = |normal: Vec3, light: Vec3| normal.dot(light).max(0.0).powi(power);
                 let lit = |normal: Vec3| {
-                    let texels =
-                        environment.radiance.pixels.iter().enumerate().map(|(i, radiance)| {
-                            let light = texel_direction(i % 64, i / 64, 64, 32);
-                            texel_solid_angle(i / 64, 64, 32) as f32
-                                * radiance[1]
-                                * shade(normal, light)
-                        });
+                    let texels = environment.radiance.pixels.iter().enumerate().map(|(i, radiance)| {
+                        let light = texel_direction(i % 64, i / 64, 64, 32);
+                        texel_solid_angle(i / 64, 64, 32) as f32 * radiance[1] * shade(normal, light)
+                    });
                     let sums = weights.each_ref().map(|weights| {
                         let lamps = weights.iter().zip(&rig.lamps);
                         lamps.map(|(w, lamp)| w[1] * shade(normal, lamp.direction)).sum()

@@ -33,8 +33,7 @@ pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
             ])
         })
     };
-    let cube =
-        (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
+    let cube = (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
     vec![
         ("one lamp", rig(&[Vec3::new(0.3, 0.5, 0.8)])),
         ("two lamps", rig(&[Vec3::X, Vec3::Y])),
@@ -43,14 +42,8 @@ pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
         ("three lamps in a plane through the subject", rig(&[Vec3::X, Vec3::NEG_X, Vec3::Z])),
         ("five lamps in one direction", rig(&[Vec3::Z; 5])),
         ("a ring at the height of the subject", rig(&ring(12, 0.0).collect::<Vec<_>>())),
-        (
-            "rings and a lamp on the pole",
-            rig(&ring(8, 0.0).chain(ring(6, 1.0)).chain([Vec3::Y]).collect::<Vec<_>>()),
-        ),
-        (
-            "both poles and a ring",
-            rig(&ring(4, 0.0).chain([Vec3::Y, Vec3::NEG_Y]).collect::<Vec<_>>()),
-        ),
+        ("rings and a lamp on the pole", rig(&ring(8, 0.0).chain(ring(6, 1.0)).chain([Vec3::Y]).collect::<Vec<_>>())),
+        ("both poles and a ring", rig(&ring(4, 0.0).chain([Vec3::Y, Vec3::NEG_Y]).collect::<Vec<_>>())),
         ("the corners of a cube", rig(&cube.collect::<Vec<_>>())),
         ("the upper half", rig(&lattice(82)[..41])),
         ("a narrow cone", rig(&lattice(600)[..30])),
@@ -62,9 +55,7 @@ pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
 
 pub(crate) fn speckled(seed: usize) -> Environment {
     let image = Image::from_fn(64, 32, |x, y| {
-        [0, 1, 2].map(|c| {
-            if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 { 20.0 * (c + 1) as f32 } else { 0.1 }
-        })
+        [0, 1, 2].map(|c| if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 { 20.0 * (c + 1) as f32 } else { 0.1 })
     });
     Environment::from_radiance("speckled", image)
 }
@@ -78,12 +69,7 @@ pub(crate) fn sun(x: usize, y: usize, width: usize) -> Environment {
 /// Σ w_i·e_i per channel: the energy of the weights.
 pub(crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
     std::array::from_fn(|c| {
-        weights
-            .per_lamp
-            .iter()
-            .zip(&rig.lamps)
-            .map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c]))
-            .sum()
+        weights.per_lamp.iter().zip(&rig.lamps).map(|(w, lamp)| f64::from(w[c]) * f64::from(lamp.energy[c])).sum()
     })
 }
 
@@ -92,16 +78,8 @@ pub(crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 3] {
     [Partition::smooth, Partition::cells, Partition::fit]
 }
 
-pub(crate) fn assert_sound(
-    name: &str,
-    weights: &LightWeights,
-    rig: &Rig,
-    environment: &Environment,
-) {
-    assert!(
-        weights.per_lamp.iter().flatten().all(|w| w.is_finite() && *w >= 0.0),
-        "{name}: {weights:?}"
-    );
+pub(crate) fn assert_sound(name: &str, weights: &LightWeights, rig: &Rig, environment: &Environment) {
+    assert!(weights.per_lamp.iter().flatten().all(|w| w.is_finite() && *w >= 0.0), "{name}: {weights:?}");
     assert!((0.0..=1.0).contains(&weights.uncovered), "{name}: {}", weights.uncovered);
     for (kept, is) in energy(weights, rig).into_iter().zip(environment.energy()) {
         assert!((kept - is).abs() <= 1e-5 * is, "{name}: {is} became {kept}");
@@ -117,12 +95,9 @@ fn default_weights(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightW
 fn energy_is_kept_by_every_rig() {
     for (name, rig) in rigs() {
         let partitions = kinds().map(|kind| kind(&rig, 64));
-        for (environment, yaw) in [
-            (speckled(1), 0.0),
-            (speckled(2), 77.7),
-            (sun(0, 0, 64), 181.0),
-            (sun(63, 31, 64), -5.5),
-        ] {
+        for (environment, yaw) in
+            [(speckled(1), 0.0), (speckled(2), 77.7), (sun(0, 0, 64), 181.0), (sun(63, 31, 64), -5.5)]
+        {
             for partition in &partitions {
                 assert_sound(name, &partition.weights(&environment, yaw), &rig, &environment);
             }
@@ -178,13 +153,8 @@ proptest! {
 
 #[test]
 fn even_lamps_share_an_even_sky_evenly() {
-    let rig = Rig {
-        lamps: rig(&lattice(41))
-            .lamps
-            .into_iter()
-            .map(|lamp| Lamp { energy: [0.1; 3], ..lamp })
-            .collect(),
-    };
+    let rig =
+        Rig { lamps: rig(&lattice(41)).lamps.into_iter().map(|lamp| Lamp { energy: [0.1; 3], ..lamp }).collect() };
     let sky = Environment::from_radiance("sky", Image::filled(512, 256, [1.0; 3]));
     let even = 4.0 * std::f32::consts::PI / 41.0 / 0.1;
     let mut most = 0.0f32;
@@ -205,8 +175,8 @@ fn even_lamps_share_an_even_sky_evenly() {
 fn a_sun_does_not_jump_as_it_turns_but_by_cells() {
     // Texel by texel: between them even a jump is spread out.
     const TEXEL_DEG: f32 = 360.0 / 256.0;
-    for ((name, rig), kind) in (rigs().into_iter())
-        .flat_map(|rig| ["smooth", "cells", "fit"].map(|kind| (rig.clone(), kind)))
+    for ((name, rig), kind) in
+        (rigs().into_iter()).flat_map(|rig| ["smooth", "cells", "fit"].map(|kind| (rig.clone(), kind)))
     {
         let partition = match kind {
             "smooth" => Partition::smooth(&rig, 256),
@@ -246,8 +216,7 @@ fn a_positive_yaw_moves_light_to_larger_u() {
     let day = sun(128, 64, 256);
     for kind in kinds() {
         let weights = kind(&rig, 256).weights(&day, 90.0);
-        let brightest =
-            (0..6).max_by(|&i, &j| weights.per_lamp[i][1].total_cmp(&weights.per_lamp[j][1]));
+        let brightest = (0..6).max_by(|&i, &j| weights.per_lamp[i][1].total_cmp(&weights.per_lamp[j][1]));
         assert_eq!(brightest, Some(1), "{weights:?}");
     }
 }
@@ -256,9 +225,8 @@ fn a_positive_yaw_moves_light_to_larger_u() {
 fn light_from_below_is_uncovered_by_lamps_above() {
     let rig = rig(&lattice(82)[..41]);
     let half = |lower: bool| {
-        let image = Image::from_fn(128, 64, |_, y| {
-            if (y >= 36) == lower && (y < 28) != lower { [1.0; 3] } else { [0.0; 3] }
-        });
+        let image =
+            Image::from_fn(128, 64, |_, y| if (y >= 36) == lower && (y < 28) != lower { [1.0; 3] } else { [0.0; 3] });
         Environment::from_radiance("half", image)
     };
     let [below, above] = [true, false].map(|b| default_weights(&half(b), &rig, 10.0).uncovered);
@@ -279,13 +247,8 @@ fn one_lamp_takes_everything_and_covers_nothing() {
 
 #[test]
 fn lamps_in_one_direction_share_equally() {
-    let rig = Rig {
-        lamps: rig(&[Vec3::Z; 3])
-            .lamps
-            .into_iter()
-            .map(|lamp| Lamp { energy: [0.5; 3], ..lamp })
-            .collect(),
-    };
+    let rig =
+        Rig { lamps: rig(&[Vec3::Z; 3]).lamps.into_iter().map(|lamp| Lamp { energy: [0.5; 3], ..lamp }).collect() };
     let weights = default_weights(&speckled(4), &rig, 0.0).per_lamp;
     assert!(weights.iter().all(|w| *w == weights[0]));
     shown!(Light, "Several lamps in one direction",
@@ -309,10 +272,7 @@ fn no_light_and_no_lamps_give_zeros() {
     let black = Environment::from_radiance("black", Image::filled(64, 32, [0.0; 3]));
     for (name, rig) in rigs() {
         let weights = default_weights(&black, &rig, 30.0);
-        assert!(
-            weights.per_lamp.iter().all(|w| *w == [0.0; 3]) && weights.uncovered == 0.0,
-            "{name}"
-        );
+        assert!(weights.per_lamp.iter().all(|w| *w == [0.0; 3]) && weights.uncovered == 0.0, "{name}");
     }
     let nothing = default_weights(&speckled(1), &Rig::default(), 30.0);
     assert_eq!(nothing, LightWeights { per_lamp: vec![], uncovered: 1.0 });

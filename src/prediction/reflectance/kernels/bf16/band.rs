@@ -79,8 +79,7 @@ impl Cover {
 impl Band {
     pub fn new(shape: &Shape, cover: &Cover, from: usize, rows: usize) -> Self {
         let stride = cover.stride;
-        let plane =
-            (rows * stride + SIDE).next_multiple_of(4 * SIDE) + 2 * shape.radius() * (stride + 1);
+        let plane = (rows * stride + SIDE).next_multiple_of(4 * SIDE) + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(SIDE) | 1) * SIDE;
         Self { from, rows, stride, plane }
@@ -89,20 +88,14 @@ impl Band {
     pub fn blocks(&self, cover: &Cover, width: usize) -> Vec<Block> {
         let [_, tiles] = cover.blocking.tiles();
         let starts: Vec<usize> = if cover.by_row {
-            (0..self.rows)
-                .flat_map(|y| (0..width).step_by(SIDE).map(move |x| y * self.stride + x))
-                .collect()
+            (0..self.rows).flat_map(|y| (0..width).step_by(SIDE).map(move |x| y * self.stride + x)).collect()
         } else {
             (0..self.rows * self.stride).step_by(SIDE).collect()
         };
         let block = |starts: &[usize]| Block {
             start: starts[0],
             next: starts.get(1).map_or(0, |second| second - starts[0]),
-            runs: starts
-                .iter()
-                .enumerate()
-                .flat_map(|(tile, start)| self.runs(tile, *start, width))
-                .collect(),
+            runs: starts.iter().enumerate().flat_map(|(tile, start)| self.runs(tile, *start, width)).collect(),
         };
         starts.chunks(tiles).map(block).collect()
     }

@@ -34,11 +34,7 @@ impl Division {
         /// Pixels of a band: enough that sums are seldom moved.
         const PIXELS: usize = 2048;
         const GROUPS: usize = 8;
-        let blocking = if shape.outputs <= SIDE && shape.inputs > 2 * SIDE {
-            Blocking::Tall
-        } else {
-            Blocking::Square
-        };
+        let blocking = if shape.outputs <= SIDE && shape.inputs > 2 * SIDE { Blocking::Tall } else { Blocking::Square };
         let [down, across] = blocking.tiles();
         let blocks = [shape.inputs.div_ceil(down * SIDE), shape.outputs.div_ceil(across * SIDE)];
         let channels = SIDE * (blocks[0] * down + blocks[1] * across);
@@ -47,13 +43,7 @@ impl Division {
         let rows = (pixels / stride).clamp(4, shape.height.max(4));
         let bands = shape.height.div_ceil(rows);
         let rows = shape.height.div_ceil(bands);
-        Self {
-            blocking,
-            stride,
-            rows,
-            blocks,
-            groups: (shape.batch * shape.plane() / PIXELS).clamp(1, GROUPS),
-        }
+        Self { blocking, stride, rows, blocks, groups: (shape.batch * shape.plane() / PIXELS).clamp(1, GROUPS) }
     }
 
     /// Channels of the input and of the output, including padding.
@@ -86,12 +76,7 @@ impl Band {
     }
 
     /// Copies one channel of the input; `row(y)` gives a row.
-    fn fill_input<'a, T: Round + 'a>(
-        &self,
-        shape: &Shape,
-        into: &mut [u16],
-        row: impl Fn(usize) -> &'a [T],
-    ) {
+    fn fill_input<'a, T: Round + 'a>(&self, shape: &Shape, into: &mut [u16], row: impl Fn(usize) -> &'a [T]) {
         let (radius, width, stride) = (shape.radius(), shape.width, self.stride);
         let rows = self.rows + 2 * radius;
         for i in 0..rows {
@@ -192,9 +177,7 @@ pub fn correlate<T: Round>(
 ) -> (Vec<f32>, Vec<f32>) {
     let division = Division::new(shape);
     let bands: Vec<(usize, usize)> = (0..shape.batch)
-        .flat_map(|picture| {
-            (0..shape.height).step_by(division.rows).map(move |from| (picture, from))
-        })
+        .flat_map(|picture| (0..shape.height).step_by(division.rows).map(move |from| (picture, from)))
         .collect();
     let groups: Vec<_> = bands.chunks(bands.len().div_ceil(division.groups)).collect();
     // With fewer groups than threads, each group is divided by input channels.
@@ -281,13 +264,10 @@ fn add_up<T: Round>(
             let into = into.as_chunks_mut::<SIDE>().0;
             let scratch = (&mut *line, &mut *words);
             let bias = &mut bias[first.min(shape.outputs)..(first + SIDE).min(shape.outputs)];
-            band.fill_gradient(shape.width, scratch, into, bias, |c, y, into| {
-                before(picture, first + c, y, into)
-            });
+            band.fill_gradient(shape.width, scratch, into, bias, |c, y, into| before(picture, first + c, y, into));
         }
 
-        let correlation =
-            Correlation { shape, division, band: &band, input, gradient, replace: i == 0 };
+        let correlation = Correlation { shape, division, band: &band, input, gradient, replace: i == 0 };
         correlation.run(share.sums);
     }
 }
@@ -313,10 +293,8 @@ impl Correlation<'_> {
         let mut sums = Sums([[0.0; TILE]; 4]);
         for (i, into) in into.chunks_exact_mut(BLOCK).enumerate() {
             let (block, tap) = (i / shape.taps(), i % shape.taps());
-            let (rows, columns) = (
-                block / self.division.blocks[1] * down * SIDE,
-                block % self.division.blocks[1] * across,
-            );
+            let (rows, columns) =
+                (block / self.division.blocks[1] * down * SIDE, block % self.division.blocks[1] * across);
             let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
             let left = Factor {
                 bytes: pack::bytes(self.input),
@@ -345,14 +323,7 @@ impl Correlation<'_> {
 }
 
 /// Adds the groups' sums for 16 output channels, or the last ones, and puts them in order.
-fn gather(
-    shape: &Shape,
-    division: &Division,
-    sums: &[f32],
-    length: usize,
-    tile: usize,
-    weight: &mut [f32],
-) {
+fn gather(shape: &Shape, division: &Division, sums: &[f32], length: usize, tile: usize, weight: &mut [f32]) {
     let [down, across] = division.blocking.tiles();
     let taps = shape.taps();
     let columns = shape.inputs * taps;

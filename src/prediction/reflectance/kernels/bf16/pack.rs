@@ -87,8 +87,7 @@ pub fn transpose(words: &mut [[u32; SIDE]; SIDE]) {
 fn transpose_in_registers(words: &mut [[u32; SIDE]; SIDE]) {
     use std::arch::x86_64::*;
     // SAFETY: both are nothing but 1024 bytes, of which every pattern is a value.
-    let rows: [__m512i; SIDE] =
-        unsafe { core::mem::transmute::<[[u32; SIDE]; SIDE], [__m512i; SIDE]>(*words) };
+    let rows: [__m512i; SIDE] = unsafe { core::mem::transmute::<[[u32; SIDE]; SIDE], [__m512i; SIDE]>(*words) };
     // Words of neighbouring rows side by side, then pairs of words, within quarters of a row: a
     // row's quarter q holds 4 rows' column 4q + r.
     let twos: [__m512i; SIDE] = core::array::from_fn(|i| {

@@ -109,11 +109,7 @@ impl Division {
         // Every task reads its weights once. If the weights are larger than the picture, tasks should
         // differ in their weights.
         let heavy = shape.outputs * shape.taps() > 2 * shape.plane();
-        let rows = if heavy {
-            most
-        } else {
-            most.min((shape.batch * shape.height).div_ceil(wanted).max(FEW))
-        };
+        let rows = if heavy { most } else { most.min((shape.batch * shape.height).div_ceil(wanted).max(FEW)) };
         let bands = shape.height.div_ceil(rows);
         let rows = shape.height.div_ceil(bands);
         let block = cover.blocking.tiles()[0] * SIDE;
@@ -165,13 +161,11 @@ pub fn convolve(
         let common = common.get(length * shape.batch * bands);
         for (i, values) in common.chunks_exact_mut(length).enumerate() {
             let band = band(i);
-            values.par_chunks_exact_mut(band.plane).take(chunks.total()).enumerate().for_each(
-                |(pair, into)| {
-                    SCRATCH.with_borrow_mut(|(_, lines)| {
-                        band.fill(shape, input, (i / bands, pair), lines, into);
-                    });
-                },
-            );
+            values.par_chunks_exact_mut(band.plane).take(chunks.total()).enumerate().for_each(|(pair, into)| {
+                SCRATCH.with_borrow_mut(|(_, lines)| {
+                    band.fill(shape, input, (i / bands, pair), lines, into);
+                });
+            });
         }
         common
     } else {

@@ -32,10 +32,7 @@ pub fn to_bf16(values: &[f32]) -> Vec<u16> {
     mapped(values, f32::to_bf16)
 }
 
-fn mapped<T: Clone + Default + Send>(
-    values: &[f32],
-    map: impl Fn(&[f32], &mut [T]) + Sync,
-) -> Vec<T> {
+fn mapped<T: Clone + Default + Send>(values: &[f32], map: impl Fn(&[f32], &mut [T]) + Sync) -> Vec<T> {
     let mut out = vec![T::default(); values.len()];
     let chunks = out.par_chunks_mut(WORTH_A_THREAD).zip(values.par_chunks(WORTH_A_THREAD));
     chunks.for_each(|(out, values)| {

@@ -68,13 +68,7 @@ mod registers {
     /// # Safety
     /// The processor has the instructions, and every tile that the steps name lies within its factor.
     #[target_feature(enable = "avx512f,avx512bf16")]
-    pub unsafe fn sum(
-        blocking: Blocking,
-        left: &Factor,
-        right: &Factor,
-        steps: &Steps,
-        into: &mut Blocks,
-    ) {
+    pub unsafe fn sum(blocking: Blocking, left: &Factor, right: &Factor, steps: &Steps, into: &mut Blocks) {
         let [down, across] = blocking.tiles();
         for (i, sums) in into.chunks_exact_mut(across).enumerate().take(down) {
             let left = Factor { start: left.start + i * left.next, ..*left };
@@ -139,8 +133,7 @@ mod registers {
                     let a = _mm512_set1_epi32(i32::from_ne_bytes(unsafe { *a }));
                     for tile in 0..TILES {
                         // SAFETY: 64 bytes are 32 bf16.
-                        let [a, b]: [__m512bh; 2] =
-                            unsafe { std::mem::transmute([a, columns[tile]]) };
+                        let [a, b]: [__m512bh; 2] = unsafe { std::mem::transmute([a, columns[tile]]) };
                         sums[row][tile] = _mm512_dpbf16_ps(sums[row][tile], a, b);
                     }
                 }

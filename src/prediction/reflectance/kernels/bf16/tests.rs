@@ -99,12 +99,10 @@ impl Case {
                             let k = ((o * s.inputs + i) * s.kernel + ky) * s.kernel + kx;
                             let rows = r.saturating_sub(ky)..h.min((h + r).saturating_sub(ky));
                             for y in rows {
-                                let columns =
-                                    r.saturating_sub(kx)..w.min((w + r).saturating_sub(kx));
+                                let columns = r.saturating_sub(kx)..w.min((w + r).saturating_sub(kx));
                                 for x in columns {
                                     let at = ((n * s.outputs + o) * h + y) * w + x;
-                                    let from =
-                                        ((n * s.inputs + i) * h + y + ky - r) * w + x + kx - r;
+                                    let from = ((n * s.inputs + i) * h + y + ky - r) * w + x + kx - r;
                                     out[at].add(self.weight[k], self.x[from]);
                                     input[from].add(self.weight[k], self.gradient[at]);
                                     weight[k].add(self.gradient[at], self.x[from]);
@@ -148,15 +146,7 @@ fn check(case: &Case) -> [[f64; 2]; 4] {
 }
 
 fn shape(batch: usize, channels: [usize; 2], size: [usize; 2], kernel: usize) -> Shape {
-    Shape {
-        batch,
-        inputs: channels[0],
-        outputs: channels[1],
-        height: size[0],
-        width: size[1],
-        kernel,
-        bf16: false,
-    }
+    Shape { batch, inputs: channels[0], outputs: channels[1], height: size[0], width: size[1], kernel, bf16: false }
 }
 
 const SHAPES: [(usize, [usize; 2], [usize; 2], usize); 18] = [
@@ -312,8 +302,7 @@ fn inputs_kept_as_bf16_and_signs_change_no_bit() {
             convolution::forward(s, sources, &case.weight, &case.bias, activation, &mut out);
             let back = |inputs| {
                 let (weight, gradient) = (&case.weight, &case.gradient);
-                let back =
-                    convolution::backward(s, inputs, weight, activation, gradient, [true, true]);
+                let back = convolution::backward(s, inputs, weight, activation, gradient, [true, true]);
                 let (weight, bias) = back.parameters.unwrap();
                 let all = [back.input.unwrap(), weight, bias].concat();
                 all.into_iter().map(f32::to_bits).collect::<Vec<_>>()
@@ -324,10 +313,7 @@ fn inputs_kept_as_bf16_and_signs_change_no_bit() {
             };
             let halves = [&one, &two].map(|x| to_bf16(x));
             let rounded = GradientInputs::Rounded([&halves[0], &halves[1]], signs.as_ref());
-            assert!(
-                back(rounded) == back(GradientInputs::Exact(sources, &out)),
-                "{s:?} {activation:?}"
-            );
+            assert!(back(rounded) == back(GradientInputs::Exact(sources, &out)), "{s:?} {activation:?}");
         }
     }
 }

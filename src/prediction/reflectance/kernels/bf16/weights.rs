@@ -50,9 +50,7 @@ pub fn pack(shape: &Shape, weights: &Weights, chunks: Chunks, tiles: usize, into
                             }
                             pack::transpose(&mut words);
                             for (step, tap) in chunk.chunks_exact_mut(step).zip(taps) {
-                                let Some(tap) = tap.checked_sub(from).filter(|t| *t < SIDE) else {
-                                    continue;
-                                };
+                                let Some(tap) = tap.checked_sub(from).filter(|t| *t < SIDE) else { continue };
                                 step[r * SIDE..][..SIDE].copy_from_slice(&words[tap]);
                             }
                         }

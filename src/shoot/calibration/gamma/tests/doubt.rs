@@ -10,10 +10,7 @@ fn without_bright_pixels_gamma2_is_said_to_be_an_assumption() {
     let fit = fitted(&without_bright(), None);
     off(&fit, [2.5, 1.9]);
     let warnings = warnings(&fit);
-    assert!(
-        warnings.iter().any(|w| w.contains("do not determine the camera's γ2")),
-        "{warnings:?}"
-    );
+    assert!(warnings.iter().any(|w| w.contains("do not determine the camera's γ2")), "{warnings:?}");
     assert!(!warnings.iter().any(|w| w.contains("γ1")), "{warnings:?}");
 }
 

@@ -30,26 +30,11 @@ fn warnings(fit: &GammaFit) -> Vec<String> {
 
 #[test]
 fn the_truth_lies_within_two_deviations() {
-    let truths = [
-        [2.5, 1.9],
-        [2.0, 2.3],
-        [2.2, 2.2],
-        [2.8, 2.0],
-        [1.8, 1.8],
-        [1.5, 2.6],
-        [2.6, 2.1],
-        [3.0, 2.4],
-    ];
+    let truths = [[2.5, 1.9], [2.0, 2.3], [2.2, 2.2], [2.8, 2.0], [1.8, 1.8], [1.5, 2.6], [2.6, 2.1], [3.0, 2.4]];
     let mut within = 0;
     for (i, [gamma1, gamma2]) in truths.into_iter().enumerate() {
-        let fit = fitted(
-            &SmallShoot {
-                response: dual(gamma1, gamma2),
-                seed: 10 + i as u32,
-                ..SmallShoot::default()
-            },
-            None,
-        );
+        let fit =
+            fitted(&SmallShoot { response: dual(gamma1, gamma2), seed: 10 + i as u32, ..SmallShoot::default() }, None);
         let off = off(&fit, [gamma1, gamma2]);
         assert!(warnings(&fit).is_empty(), "{:?}", warnings(&fit));
         for (off, deviation) in off.into_iter().zip(fit.deviation) {
@@ -105,8 +90,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     for pose in ["pose00", "pose03"] {
         let taken = format!("truth/{pose}_under_interview_light_black_bg.png");
         let frame = format!("interview/{pose}.png");
-        let (mask, frame_mask) =
-            (format!("exemplar_masks/{pose}.png"), format!("interview_masks/{pose}.png"));
+        let (mask, frame_mask) = (format!("exemplar_masks/{pose}.png"), format!("interview_masks/{pose}.png"));
         std::fs::copy(shoot.join(taken), shoot.join(frame)).unwrap();
         std::fs::copy(shoot.join(mask), shoot.join(frame_mask)).unwrap();
     }

@@ -71,14 +71,8 @@ fn dome() -> Vec<(Vec3, f32)> {
 
 impl SmallShoot {
     pub fn project(&self, root: &Path) -> Project {
-        let ball = Ball {
-            center_px: [48.0, 48.0],
-            radius_px: 42.0,
-            radius_m: 0.075,
-            camera_distance_m: 4.0,
-        };
-        let names =
-            |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
+        let ball = Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
+        let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
         Project {
             root: root.to_path_buf(),
             results: None,
@@ -148,8 +142,7 @@ impl SmallShoot {
                 for pixel in &geometry.pixels {
                     let away = (1.0 - pixel.direction.dot(*direction)) / 0.01;
                     let glow = if self.flat { f32::from(away < 1.0) } else { (-away).exp() };
-                    picture.pixels[pixel.index] =
-                        [1.0, 0.9, 0.7].map(|c| self.ball * c * glow + 0.0002);
+                    picture.pixels[pixel.index] = [1.0, 0.9, 0.7].map(|c| self.ball * c * glow + 0.0002);
                 }
                 picture
             })
@@ -187,19 +180,14 @@ impl SmallShoot {
                 let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
                 let light = self.subject * n.dot(direction).max(0.0) + self.fill;
                 let [red, green, blue] = self.skin;
-                [red, green * (0.75 + 0.25 * spots), blue * (0.375 + 0.625 * spots)].map(|albedo| {
-                    albedo * (self.darkest_spot + (1.0 - self.darkest_spot) * spots) * light
-                })
+                [red, green * (0.75 + 0.25 * spots), blue * (0.375 + 0.625 * spots)]
+                    .map(|albedo| albedo * (self.darkest_spot + (1.0 - self.darkest_spot) * spots) * light)
             })
         };
-        let mask = Mask::from_fn(SIZE, SIZE, |x, y| {
-            f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0)
-        });
+        let mask = Mask::from_fn(SIZE, SIZE, |x, y| f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0));
         for pose in 0..4 {
             let turn = 0.7 * pose as f32;
-            let olats = |turn: f32| -> Vec<Image> {
-                lamps.iter().map(|(d, _)| subject(turn, *d)).collect()
-            };
+            let olats = |turn: f32| -> Vec<Image> { lamps.iter().map(|(d, _)| subject(turn, *d)).collect() };
             for (i, olat) in olats(turn).iter().enumerate() {
                 write(project.olat_picture(pose, i), olat);
             }

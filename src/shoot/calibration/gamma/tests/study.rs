@@ -15,10 +15,7 @@ fn the_dual_gamma_beats_others_where_the_camera_has_one_and_ties_with_a_power() 
     assert_eq!(curves.len(), 5);
     assert_eq!(curves[0].evidence, 0.0);
     for other in &curves[1..] {
-        assert!(
-            other.evidence > 100.0 && other.ball_psnr() < curves[0].ball_psnr() - 2.0,
-            "{other:?}"
-        );
+        assert!(other.evidence > 100.0 && other.ball_psnr() < curves[0].ball_psnr() - 2.0, "{other:?}");
     }
     let curves = compare(Response::Power(2.2));
     let Response::Power(gamma) = curves[1].response else {

@@ -40,12 +40,7 @@ impl Tally {
             trusted[trusted.len() / 2],
             trusted[trusted.len() - 1],
         );
-        assert!(
-            tally.bad.is_empty(),
-            "{} wrong with high confidence:\n{}",
-            tally.bad.len(),
-            tally.bad.join("\n")
-        );
+        assert!(tally.bad.is_empty(), "{} wrong with high confidence:\n{}", tally.bad.len(), tally.bad.join("\n"));
         tally
     }
 

@@ -55,16 +55,14 @@ fn numbers(path: &Path) -> Vec<f32> {
 /// One of the shared balls: its twelve photographs, its circle, and the published directions.
 fn shiny_ball(number: usize) -> Option<(Vec<Encoded>, Ball, Vec<Vec3>)> {
     let folder = test_support::shared(format!("data/shiny_balls/LightProbe-{number}"))?;
-    let series: Vec<Encoded> = (1..=12)
-        .map(|i| file::read_encoded(&folder.join(format!("Image_{i:02}.JPG"))).unwrap())
-        .collect();
+    let series: Vec<Encoded> =
+        (1..=12).map(|i| file::read_encoded(&folder.join(format!("Image_{i:02}.JPG"))).unwrap()).collect();
     let circle = numbers(&folder.join("circle_data.txt"));
     // Rows count from the bottom.
     let below = series[0].0.height as f32 - circle[1];
     let directions = numbers(&folder.join("light_directions.txt"));
-    let published = (0..12)
-        .map(|i| Vec3::new(directions[i], directions[12 + i], directions[24 + i]).normalize())
-        .collect();
+    let published =
+        (0..12).map(|i| Vec3::new(directions[i], directions[12 + i], directions[24 + i]).normalize()).collect();
     Some((series, far([circle[0], below], circle[2]), published))
 }
 
@@ -96,13 +94,10 @@ fn sorted(values: impl Iterator<Item = f32>) -> Vec<f32> {
 
 #[test]
 fn lamps_on_two_real_balls_are_where_they_were_published_and_agree_better() {
-    let Some(balls) = real_balls() else {
-        return;
-    };
+    let Some(balls) = real_balls() else { return };
     for ((found, published), number) in balls.iter().zip([1, 2]) {
-        let off: Vec<f32> = (found.iter().zip(published))
-            .map(|(lamp, published)| apart(lamp.direction, *published))
-            .collect();
+        let off: Vec<f32> =
+            (found.iter().zip(published)).map(|(lamp, published)| apart(lamp.direction, *published)).collect();
         for (i, (lamp, off)) in found.iter().zip(&off).enumerate() {
             println!(
                 "ball {number}, lamp {:2}: {off:.2}° off, confidence {:.2}, spread {:.1}°, clipped {:.2}",

@@ -141,11 +141,7 @@ impl Scene {
                 let at = draw.direction(-0.8, 0.9);
                 let width = draw.factor(0.02, 0.3);
                 let radiance = draw.factor(0.01, 3.0);
-                if draw.chance(0.5) {
-                    (Shine::Disc(at, width), radiance)
-                } else {
-                    (Shine::Square(at, width), radiance)
-                }
+                if draw.chance(0.5) { (Shine::Disc(at, width), radiance) } else { (Shine::Square(at, width), radiance) }
             })
             .collect();
         let ambient = draw.factor(1e-4, 0.03);
@@ -173,8 +169,7 @@ impl Scene {
             let is_on = !draw.chance(off_chance);
             truth.push(is_on.then(|| at.as_vec3()));
             photographer = (photographer + 0.3 * draw.direction(-1.0, 1.0)).normalize();
-            let photographer =
-                Shine::Disc(photographer.with_z(photographer.z.abs() + 1.0).normalize(), 0.25);
+            let photographer = Shine::Disc(photographer.with_z(photographer.z.abs() + 1.0).normalize(), 0.25);
             let flux: f64 = shines.iter().map(Shine::solid_angle).sum();
             let power = if is_on { exposure * draw.factor(0.5, 2.0) } else { 0.0 };
             let glint = glint.map(|at| Shine::Disc(draw.beside(at, 0.01), 0.015));
@@ -206,8 +201,7 @@ impl Scene {
                 if photographer.covers(d) {
                     sum *= 0.3;
                 }
-                sum +=
-                    room.iter().filter(|(shine, _)| shine.covers(d)).map(|(_, r)| r).sum::<f64>();
+                sum += room.iter().filter(|(shine, _)| shine.covers(d)).map(|(_, r)| r).sum::<f64>();
                 let seen = things.iter().zip(&lit).filter(|((thing, _), _)| thing.covers(d));
                 sum += seen.map(|(_, light)| light).sum::<f64>();
                 if glint.is_some_and(|glint| glint.covers(d)) {
@@ -220,8 +214,7 @@ impl Scene {
                 if at.z > -0.97 {
                     let from = (DVec2::new(x, y) - glow) / radius;
                     let size = (flux / std::f64::consts::PI).sqrt();
-                    sum +=
-                        halo * power * size * size / (from.length_squared() + 0.02 * size + 1e-3);
+                    sum += halo * power * size * size / (from.length_squared() + 0.02 * size + 1e-3);
                     let across = from.x + scratch * from.y + 0.5 * from.y * from.y;
                     let along = (-0.5 * (from.y / 0.35).powi(2)).exp();
                     sum += streak * power * along * (-0.5 * (across / streak_width).powi(2)).exp();
@@ -232,8 +225,7 @@ impl Scene {
                 .into_par_iter()
                 .map(|i| {
                     let at = |p: usize, sub: usize| p as f64 + (sub as f64 + 0.5) / rays as f64;
-                    let light = (0..rays * rays)
-                        .map(|s| radiance(at(i % size, s % rays), at(i / size, s / rays)));
+                    let light = (0..rays * rays).map(|s| radiance(at(i % size, s % rays), at(i / size, s / rays)));
                     light.sum::<f64>() / (rays * rays) as f64
                 })
                 .collect();
@@ -246,9 +238,7 @@ impl Scene {
                 .map(|l| {
                     warm.map(|w| {
                         let code = (l * w).clamp(0.0, 1.0).powf(1.0 / 2.2);
-                        ((code + noise * draw.normal() / 255.0).clamp(0.0, 1.0) * 255.0).round()
-                            as f32
-                            / 255.0
+                        ((code + noise * draw.normal() / 255.0).clamp(0.0, 1.0) * 255.0).round() as f32 / 255.0
                     })
                 })
                 .collect();
@@ -259,10 +249,7 @@ impl Scene {
             });
         }
         let off = 0.2 + 0.002 * radius;
-        let ball = far(
-            centre.map(|c| (c + off * draw.normal()) as f32),
-            (radius + off * draw.normal()) as f32,
-        );
+        let ball = far(centre.map(|c| (c + off * draw.normal()) as f32), (radius + off * draw.normal()) as f32);
         Self { series, ball, lamps: truth }
     }
 }
@@ -309,8 +296,7 @@ fn blurred(light: &[f64], size: usize) -> Vec<f64> {
 
 /// The picture after JPEG compression.
 pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
-    let bytes: Vec<u8> =
-        (picture.pixels.iter().flatten()).map(|v| (v * 255.0).round() as u8).collect();
+    let bytes: Vec<u8> = (picture.pixels.iter().flatten()).map(|v| (v * 255.0).round() as u8).collect();
     let mut file = Vec::new();
     let (width, height) = (picture.width as u32, picture.height as u32);
     JpegEncoder::new_with_quality(&mut file, quality)

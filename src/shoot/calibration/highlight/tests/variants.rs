@@ -15,8 +15,7 @@ fn changed(
     let response = Response::Power(2.2);
     let size = series[0].0.size();
     let shrink = radius_px / ball.radius_px;
-    let (width, height) =
-        ((size.0 as f32 * shrink).round() as usize, (size.1 as f32 * shrink).round() as usize);
+    let (width, height) = ((size.0 as f32 * shrink).round() as usize, (size.1 as f32 * shrink).round() as usize);
     let shown = (series.iter()).map(|picture| {
         let mut picture: Image = response.decode(picture);
         for (i, pixel) in picture.pixels.iter_mut().enumerate() {
@@ -40,9 +39,7 @@ fn judged(series: &[Encoded], ball: &Ball, published: &[Vec3]) -> Vec<(f32, f32)
 #[test]
 fn real_balls_shown_by_other_cameras_are_as_right() {
     for number in [1, 2] {
-        let Some((series, ball, published)) = shiny_ball(number) else {
-            return;
-        };
+        let Some((series, ball, published)) = shiny_ball(number) else { return };
         let original = (&series[..], &ball);
         let width = series[0].0.width;
         // A window above the ball, as bright as white.

@@ -32,9 +32,8 @@ fn response() -> Response {
 }
 
 fn merged(photographs: &[Photograph], stops: &[f32]) -> base::error::Result<Bracket> {
-    let exposures: Vec<Exposure> = (photographs.iter().zip(stops))
-        .map(|(photograph, &stops)| Exposure { photograph, stops })
-        .collect();
+    let exposures: Vec<Exposure> =
+        (photographs.iter().zip(stops)).map(|(photograph, &stops)| Exposure { photograph, stops }).collect();
     merge(&exposures)
 }
 
@@ -59,10 +58,7 @@ fn a_bracket_holds_more_than_any_of_its_photographs() {
         }
     }
     let rms = (square / count).sqrt();
-    println!(
-        "worst {worst:.4} stops, root mean square {rms:.4}, clipped {}",
-        bracket.clipped_pixels
-    );
+    println!("worst {worst:.4} stops, root mean square {rms:.4}, clipped {}", bracket.clipped_pixels);
     assert!(worst < 0.1 && rms < 0.02, "worst {worst} stops, rms {rms}");
     assert!(bracket.disagreement_stops < 0.03, "{}", bracket.disagreement_stops);
     assert_eq!(bracket.gap_pixels, 0);
@@ -70,11 +66,7 @@ fn a_bracket_holds_more_than_any_of_its_photographs() {
         assert!((measured.unwrap() - given).abs() < 0.05, "{measured:?} for {given}");
     }
     let clipped = scene().pixels.iter().filter(|p| p[0] * (-10f32).exp2() >= 0.997).count();
-    assert!(
-        bracket.clipped_pixels.abs_diff(clipped) <= 2,
-        "{} of {clipped}",
-        bracket.clipped_pixels
-    );
+    assert!(bracket.clipped_pixels.abs_diff(clipped) <= 2, "{} of {clipped}", bracket.clipped_pixels);
 }
 
 #[test]

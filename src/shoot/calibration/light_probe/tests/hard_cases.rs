@@ -52,28 +52,21 @@ fn impossible_balls_are_refused_with_a_sentence() {
         BallView { reflectivity: [1.1, 1.0, 1.0], ..good },
         BallView { reflectivity: [f32::NAN; 3], ..good },
     ] {
-        let sentence =
-            light_probe(&picture, &view, ClippedLight::Keep, (8, 4)).unwrap_err().to_string();
+        let sentence = light_probe(&picture, &view, ClippedLight::Keep, (8, 4)).unwrap_err().to_string();
         assert!(sentence.starts_with("the mirror ball"), "{sentence}");
     }
     let dot = linear(Image::filled(1, 1, [1.0; 3]));
     assert!(light_probe(&dot, &good, ClippedLight::Keep, (8, 4)).is_err());
     let small = BallView { centre_px: [0.5, 0.5], radius_px: 1.1, ..good };
     assert!(light_probe(&dot, &small, ClippedLight::Estimate, (8, 4)).is_ok());
-    assert!(
-        light_probe(&linear(Image::filled(0, 0, [0.0; 3])), &good, ClippedLight::Keep, (8, 4))
-            .is_err()
-    );
+    assert!(light_probe(&linear(Image::filled(0, 0, [0.0; 3])), &good, ClippedLight::Keep, (8, 4)).is_err());
 }
 
 #[test]
 fn a_black_ball_is_a_black_panorama() {
     let probe = probe(Image::filled(256, 256, [0.0; 3]), &near_ball());
     assert!(probe.panorama.pixels.iter().all(|p| *p == [0.0; 3]));
-    assert_eq!(
-        (probe.filled_share, probe.clipped_pixels, probe.estimated_energy_share),
-        (0.0, 0, 0.0)
-    );
+    assert_eq!((probe.filled_share, probe.clipped_pixels, probe.estimated_energy_share), (0.0, 0, 0.0));
     test_support::shown!(Light, "A black mirror ball",
  bound: "exactly 0", measured: "0");
 }

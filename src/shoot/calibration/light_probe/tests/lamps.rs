@@ -4,10 +4,7 @@ use super::*;
 use imaging::file;
 
 /// A dim ball with lamps, photographed by a camera that clips at 1.
-fn clipped(
-    lamps: &[(DVec3, f64, f64)],
-    blur: impl Fn(f64, f64) -> f64 + Sync,
-) -> (Image, Photograph) {
+fn clipped(lamps: &[(DVec3, f64, f64)], blur: impl Fn(f64, f64) -> f64 + Sync) -> (Image, Photograph) {
     let view = near_ball();
     let light = photographed(&view, (256, 256), |d| {
         let glow = lamps.iter().map(|(at, peak, width)| peak * blur(d.angle_between(*at), *width));
@@ -52,19 +49,12 @@ fn disc(angle: f64, width: f64) -> f64 {
 fn lobes_that_are_clipped_are_estimated_well() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).normalize();
     for peak in [2.0, 5.0, 20.0] {
-        let lamps = [
-            (at(0.3, 0.6, 0.7), peak, 0.12),
-            (at(-0.8, 0.1, 0.3), 0.5 * peak, 0.15),
-            (at(0.5, -0.5, 0.4), peak, 0.1),
-        ];
+        let lamps =
+            [(at(0.3, 0.6, 0.7), peak, 0.12), (at(-0.8, 0.1, 0.3), 0.5 * peak, 0.15), (at(0.5, -0.5, 0.4), peak, 0.1)];
         let (light, photograph) = clipped(&lamps, gaussian);
         let ([truth, kept, estimated], probe) = compared(light, &photograph);
         let error = estimated / truth - 1.0;
-        println!(
-            "peak {peak}: kept {:.3}, estimated {:.3} of the truth",
-            kept / truth,
-            estimated / truth
-        );
+        println!("peak {peak}: kept {:.3}, estimated {:.3} of the truth", kept / truth, estimated / truth);
         assert!(error.abs() < 0.1, "peak {peak}: {error}");
         assert!(10 * probe.unestimated_pixels < probe.clipped_pixels);
     }
@@ -111,9 +101,7 @@ fn a_lamp_without_a_flank_is_left_and_counted() {
 fn the_shared_stages_hot_lamps_are_too_sharp_to_be_estimated() {
     // The hot photographs have ten times the light of the others. Their lamps are uniform discs of a pixel or two.
     // The true response is used to judge only the estimate.
-    let Some(stage) = test_support::shared("data/stage") else {
-        return;
-    };
+    let Some(stage) = test_support::shared("data/stage") else { return };
     let truth: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(stage.join("truth.json")).unwrap()).unwrap();
     let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;

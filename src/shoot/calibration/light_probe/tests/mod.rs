@@ -35,9 +35,7 @@ fn sky(d: DVec3) -> [f32; 3] {
 }
 
 fn truth(size: (usize, usize), sky: impl Fn(DVec3) -> [f32; 3]) -> Image {
-    Image::from_fn(size.0, size.1, |x, y| {
-        sky(latlong::texel_direction(x, y, size.0, size.1).as_dvec3())
-    })
+    Image::from_fn(size.0, size.1, |x, y| sky(latlong::texel_direction(x, y, size.0, size.1).as_dvec3()))
 }
 
 /// Peak signal-to-noise ratio in dB, weighted by solid angle, over the selected directions.
@@ -75,11 +73,8 @@ fn outside_blind_cone(view: &BallView) -> impl Fn(DVec3) -> bool {
 
 #[test]
 fn a_photographed_ball_becomes_the_sky_around_it() {
-    for camera in [
-        BallCamera::Far,
-        BallCamera::Distance { ball_radii: 53.0 },
-        BallCamera::Distance { ball_radii: 4.0 },
-    ] {
+    for camera in [BallCamera::Far, BallCamera::Distance { ball_radii: 53.0 }, BallCamera::Distance { ball_radii: 4.0 }]
+    {
         for surroundings_radii in [None, Some(10.0)] {
             let view = BallView { camera, surroundings_radii, ..near_ball() };
             let probe = probe(photographed(&view, (256, 256), sky), &view);
@@ -99,25 +94,15 @@ fn the_wrong_distance_is_noticed() {
     let near = BallView { camera: BallCamera::Distance { ball_radii: 4.0 }, ..near_ball() };
     let far = BallView { camera: BallCamera::Far, ..near };
     let picture = photographed(&near, (256, 256), sky);
-    let [right, wrong] = [near, far].map(|view| {
-        psnr(
-            &probe(picture.clone(), &view).panorama,
-            &truth((256, 128), sky),
-            outside_blind_cone(&near),
-        )
-    });
+    let [right, wrong] = [near, far]
+        .map(|view| psnr(&probe(picture.clone(), &view).panorama, &truth((256, 128), sky), outside_blind_cone(&near)));
     assert!(wrong < right - 15.0, "{right:.1} and {wrong:.1} dB");
 }
 
 #[test]
 fn the_geometry_is_that_of_the_calibration() {
     use crate::mirror_ball::MirrorBall;
-    let ball = project::Ball {
-        center_px: [60.0, 66.0],
-        radius_px: 50.0,
-        radius_m: 0.075,
-        camera_distance_m: 0.9,
-    };
+    let ball = project::Ball { center_px: [60.0, 66.0], radius_px: 50.0, radius_m: 0.075, camera_distance_m: 0.9 };
     for dome in [None, Some(2.0)] {
         let theirs = MirrorBall::new(&ball, dome, (128, 128)).unwrap();
         let ours = BallView::new(&ball, dome).projection((128, 128)).unwrap();
@@ -140,18 +125,12 @@ fn the_geometry_is_that_of_the_calibration() {
 
 #[test]
 fn a_balls_pixels_and_its_blind_cone_make_a_sphere() {
-    let view = BallView {
-        camera: BallCamera::Distance { ball_radii: 3.0 },
-        surroundings_radii: Some(8.0),
-        ..near_ball()
-    };
+    let view =
+        BallView { camera: BallCamera::Distance { ball_radii: 3.0 }, surroundings_radii: Some(8.0), ..near_ball() };
     let shown: f64 = view.projection((256, 256)).unwrap().solid_angles().iter().sum();
     let cone = 2.0 * PI * (1.0 - view.blind_half_angle_deg().to_radians().cos());
     assert!((shown + cone - 4.0 * PI).abs() < 1e-9);
-    assert!(
-        (view.blind_half_angle_deg().to_radians() - (1.0f64 / 3.0).asin() - 0.125f64.asin()).abs()
-            < 1e-12
-    );
+    assert!((view.blind_half_angle_deg().to_radians() - (1.0f64 / 3.0).asin() - 0.125f64.asin()).abs() < 1e-12);
 }
 
 #[test]
@@ -217,18 +196,14 @@ fn the_balls_reflectivity_is_divided_out() {
 
 #[test]
 fn the_shared_stages_ball_shows_a_lamp_where_it_is() {
-    let Some(path) = test_support::shared("data/stage/probes/olat_05.png") else {
-        return;
-    };
-    let manifest =
-        std::fs::read_to_string(path.parent().unwrap().join("../manifest.json")).unwrap();
+    let Some(path) = test_support::shared("data/stage/probes/olat_05.png") else { return };
+    let manifest = std::fs::read_to_string(path.parent().unwrap().join("../manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let bank = &manifest["bank_directions"][5];
     let bank = DVec3::from_array([0, 1, 2].map(|i| bank[i].as_f64().unwrap())).normalize();
     let picture = imaging::file::read_encoded(&path).unwrap();
     let response = Response::Power(2.2);
-    let view =
-        BallView { surroundings_radii: Some(4.0 / 0.075), radius_px: 256.0 / 2.2, ..near_ball() };
+    let view = BallView { surroundings_radii: Some(4.0 / 0.075), radius_px: 256.0 / 2.2, ..near_ball() };
     let photograph = Photograph::from_encoded(&picture, &response);
     let probe = light_probe(&photograph, &view, ClippedLight::Keep, (256, 128)).unwrap();
     let environment = Environment::from_radiance("", probe.panorama);

@@ -41,8 +41,7 @@ fn neither_camera_nor_rim_shows_in_two_balls_joined() {
             [DVec3::Z, -DVec3::Z, second, -second].iter().any(|axis| d.angle_between(*axis) < 0.25)
         };
         let cameras = psnr(&both.panorama, &truth, camera);
-        let alone =
-            light_probe(&photographs[0], &near_ball(), ClippedLight::Keep, (256, 128)).unwrap();
+        let alone = light_probe(&photographs[0], &near_ball(), ClippedLight::Keep, (256, 128)).unwrap();
         let alone = psnr(&alone.panorama, &truth, camera);
         println!(
             "{degrees}°: {whole:.1} dB, near the cameras and blind cones {cameras:.1} dB (one ball {alone:.1}), ratio \
@@ -66,8 +65,7 @@ fn an_inexact_rotation_is_refined() {
     let off = Quat::from_axis_angle(glam::Vec3::new(0.3, 0.9, -0.2).normalize(), 3f32.to_radians());
     let truth = truth((256, 128), sky);
     let refined = joined(&photographs, off * turn, &settings());
-    let unrefined =
-        joined(&photographs, off * turn, &TwoBallsSettings { refine: false, ..settings() });
+    let unrefined = joined(&photographs, off * turn, &TwoBallsSettings { refine: false, ..settings() });
     let left = refined.turn.angle_between(turn).to_degrees();
     let [a, b] = [&refined, &unrefined].map(|both| psnr(&both.panorama, &truth, |_| true));
     println!("3° off: {left:.2}° left, {a:.1} dB refined, {b:.1} dB unrefined");
@@ -82,11 +80,7 @@ fn cameras_on_one_line_leave_something_to_fill() {
     for degrees in [0.0f32, 180.0] {
         let turn = Quat::from_rotation_y(degrees.to_radians());
         let both = joined(&photographs(turn, 1.0), turn, &settings());
-        assert!(
-            both.blind_share > 0.01 && both.filled_share > 0.0,
-            "{degrees}°: {}",
-            both.blind_share
-        );
+        assert!(both.blind_share > 0.01 && both.filled_share > 0.0, "{degrees}°: {}", both.blind_share);
         assert!(both.panorama.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
     }
 }
