@@ -49,6 +49,7 @@ fn a_small_shoot_goes_all_the_way() {
     assert_eq!(untrained["method"], "prediction");
     assert_eq!(untrained["training_steps"], Value::Null);
     let reviewed = succeed(at, &["review", "film", "--device", "cpu", "--json"]);
+    has_keys(&reviewed, &["seen"]);
     assert_eq!((&reviewed["seen"], &reviewed["unseen"]["cases"]), (&Value::Null, &Value::from(6)));
     let refused = fail(at, &["evaluate", "film", "--truth", "shoot", "--with", "network"]);
     assert!(refused.contains("afterlight train"), "{refused}");

@@ -7,6 +7,7 @@ use afterlight::imaging::Raster;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
+use afterlight::reflectance::kernels::has_bf16;
 use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, ReflectanceField, Statistics};
 use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
 use burn::tensor::Device;
@@ -86,6 +87,7 @@ fn the_number_of_threads_changes_no_bit() {
     let networks = [1, 2, 7].map(|threads| {
         let (project, calibration) = project(folder.path(), &format!("{threads}"));
         let config = TrainingConfig { epochs: 3, precision: Precision::Mixed, width: 16, ..small() };
+        assert_eq!(config.network(&project).multiplies_bf16(), has_bf16());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             run(&project, &calibration, config);

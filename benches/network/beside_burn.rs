@@ -1,4 +1,5 @@
-//! Our kernels beside burn's operations on the processor: `make bench BENCH="--burn"`.
+//! Our kernels beside burn's operations on the processor: `cargo bench --locked --bench network -- --burn`. Only the
+//! release profile optimises burn's crates as it does ours.
 
 use crate::layers::least;
 use crate::{LEARNING_RATE, Learner, Loss, Options, Result, Shape, name};
@@ -14,7 +15,8 @@ use std::hint::black_box;
 /// Prints milliseconds of operations in f32, and of a whole step.
 pub fn measure(options: &Options) -> Result<()> {
     println!(
-        "Milliseconds in f32, the fastest of many runs: an operation and its gradients at the size of the picture.\n"
+        "Milliseconds in f32, the fastest of many runs: an operation and its gradients on a picture with the first block's \
+         channels, updates of all parameters, and a step with squared errors.\n"
     );
     println!("| network | size | threads | operation | ours | burn | ratio |\n|---|---|---|---|---|---|---|");
     for &shape in &options.shape {

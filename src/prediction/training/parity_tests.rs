@@ -17,7 +17,7 @@ const FORWARD: f64 = 1e-5;
 const GRADIENT: f64 = 1e-4;
 /// Difference from f32 with factors of bf16, rounded to 2⁻⁸ in each layer, as a share of the norm.
 const BF16: f64 = 2e-2;
-/// The same for a single layer's weights, whose gradients are small in a fresh network.
+/// The same for a single layer, whose gradients are small in a fresh network: up to 0.12 was found, of all 0.006.
 const BF16_LAYER: f64 = 0.25;
 const LEARNING_RATE: f64 = 1e-3;
 
@@ -99,12 +99,10 @@ fn gradients_by_factors_of_bf16_are_those_in_f32_within_their_rounding() {
             let [off, all] = [squares(&|m, f| m - f), squares(&|_, f| f)];
             println!("{normalization:?}, {name}: {:.1e}", (off / all).sqrt());
             // Biases before normalisation have gradients of rounding alone.
-            let bound = match &*name {
-                "output" => BF16,
-                name if name.ends_with("weight") => BF16_LAYER,
-                _ => f64::INFINITY,
-            };
-            assert!(off.sqrt() <= bound * all.sqrt(), "{normalization:?}: {name}");
+            if !name.ends_with("bias") {
+                let bound = if name == "output" { BF16 } else { BF16_LAYER };
+                assert!(off.sqrt() <= bound * all.sqrt(), "{normalization:?}: {name}");
+            }
             if name != "output" {
                 (apart, whole) = (apart + off, whole + all);
             }

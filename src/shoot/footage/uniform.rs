@@ -40,7 +40,8 @@ pub(super) fn doubts(project: &Project) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::{ImportSettings, import};
-    use base::progress::Progress;
+    use base::progress::{Control, Progress, Report};
+    use std::sync::Mutex;
     use virtual_stage::{StageSettings, write_shoot};
 
     #[test]
@@ -64,12 +65,18 @@ mod tests {
         let shoot = folder.path().join("shoot");
         let stage = StageSettings { frames: 3, size: 32, lamps: 4, ..StageSettings::default() };
         write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
+        let said = Mutex::new(Vec::new());
+        let sink = |report| {
+            if let Report::Advise { sentence, .. } = report {
+                said.lock().unwrap().push(sentence);
+            }
+        };
         let heard = |name: &str| {
-            let (root, settings) = (folder.path().join(name), ImportSettings { size: 16, seed: 1, layer: None });
-            let (project, said) = Progress::heard(|progress| import(&root, &shoot, &settings, progress));
-            project.unwrap();
-            let all = said.lines().filter(|said| said.contains("matte"));
-            all.map(str::to_owned).collect::<Vec<_>>()
+            let settings = ImportSettings { size: 16, seed: 1, layer: None };
+            let progress = Progress::new(&sink, Control::default());
+            import(&folder.path().join(name), &shoot, &settings, &progress).unwrap();
+            let all = std::mem::take(&mut *said.lock().unwrap());
+            all.into_iter().filter(|said| said.contains("matte")).collect::<Vec<_>>()
         };
         assert_eq!(heard("whole"), Vec::<String>::new());
         for (file, value) in [

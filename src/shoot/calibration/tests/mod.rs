@@ -128,6 +128,7 @@ fn a_shoot_of_known_making_is_recovered() {
         );
         assert!((exponents(&found)[0] - gamma1).abs() < 0.15 && (exponents(&found)[1] - gamma2).abs() < 0.15);
         let truth: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
+        assert_eq!([found.rig.lamps.len(), found.interview_weights.len()], [truth.len(); 2]);
         let angle = median(angles_deg(&found.rig, &truth));
         let weight =
             median(dome().iter().zip(&found.interview_weights).flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())));
