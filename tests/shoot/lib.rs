@@ -10,7 +10,6 @@ use project::Project;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use test_support::accident::contents;
 use virtual_stage::{StageSettings, write_shoot};
 
 /// Sizes of the footage and of its project.
@@ -65,9 +64,11 @@ impl TestShoot {
             StageSettings { frames: self.frames, size: self.size, lamps: self.lamps, ..StageSettings::default() };
         let folder = tempfile::tempdir().unwrap();
         write_shoot(folder.path(), &settings, &Progress::silent()).unwrap();
-        let relative = |path: &Path| path.strip_prefix(folder.path()).unwrap().to_owned();
-        let files = contents(folder.path()).into_iter().filter(|(path, _)| path.is_file());
-        files.map(|(path, bytes)| (relative(&path), bytes)).collect()
+        let read = |path: PathBuf| {
+            let bytes = std::fs::read(&path).unwrap();
+            (path.strip_prefix(folder.path()).unwrap().to_owned(), bytes)
+        };
+        test_support::files(folder.path()).into_iter().map(read).collect()
     }
 
     /// Imports the shoot as a project at `project`, relative to `folder` or outside of it.

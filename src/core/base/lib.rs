@@ -6,6 +6,7 @@ mod file_format;
 pub mod files;
 mod fnv;
 pub mod machine;
+pub mod median;
 pub mod memory;
 pub mod numbers;
 pub mod progress;

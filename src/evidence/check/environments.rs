@@ -4,8 +4,8 @@
 use super::check::{Check, Known, Level, Subject};
 use super::likeness::likeness_db;
 use super::pictures::{Pictures, Pose, sum};
+use base::median::median;
 use calibration::Calibration;
-use calibration::median::median;
 use glam::Vec3;
 use imaging::Image;
 use imaging::color::luminance;

@@ -12,7 +12,6 @@ mod highlight;
 mod least_squares;
 pub mod light_probe;
 mod listed;
-pub mod median;
 mod minimizer;
 pub mod mirror_ball;
 mod motion;

@@ -4,7 +4,7 @@ use super::*;
 use base::progress::Progress;
 use imaging::{Raster, file};
 use std::path::Path;
-use test_support::shown;
+use test_support::{files, shown};
 use virtual_stage::{StageSettings, write_shoot};
 
 /// Required scores of poses, which have no screen.
@@ -19,13 +19,6 @@ pub fn scores(found: &Mask, truth: &Mask) -> (f32, f32) {
     let any = pairs().filter(|(a, b)| **a >= 0.5 || **b >= 0.5).count();
     let off = pairs().map(|(a, b)| (a - b).abs()).sum::<f32>();
     (both as f32 / any.max(1) as f32, off / found.pixels.len() as f32)
-}
-
-fn files(folder: &Path) -> Vec<std::path::PathBuf> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut files: Vec<_> = entries.map(|e| e.unwrap().path()).collect();
-    files.sort();
-    files
 }
 
 /// Worst scores of a shoot's frames, every `step`th of them.

@@ -19,8 +19,8 @@ pub(super) use photograph::{Highlight, clipped_weight};
 pub(super) use tests::{apart_from_published, real_balls};
 pub(super) use trust::{NEAR_DEG, weigh};
 
-use super::median::median;
 use bank::{BANK, Part, alike, bank};
+use base::median::median;
 use photograph::{FAINT, Photograph};
 use rayon::prelude::*;
 

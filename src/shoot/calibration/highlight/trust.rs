@@ -1,8 +1,8 @@
 //! Confidence in the lamps of a series.
 
-use super::super::median::median;
 use super::grid::Grid;
 use super::photograph::{BRIGHT, Highlight, headroom};
+use base::median::median;
 use glam::Vec3;
 
 /// Confidence in each lamp's direction, 0 to 1: the probability that it is right within five degrees, with errors

@@ -3,9 +3,9 @@
 use crate::arc_cosine::kernel;
 use crate::cholesky::inverse;
 use crate::least_squares::NormalEquations;
-use crate::median::median;
 use crate::stand_in::StandIn;
 use base::error::{Error, Result};
+use base::median::median;
 use base::progress::Progress;
 use glam::Vec3;
 use imaging::color::luminance;

@@ -1,7 +1,7 @@
 //! Energies of lamps at listed directions, by photometric stereo.
 
 use super::pictures::Pose;
-use crate::median::median;
+use base::median::median;
 use glam::{DMat3, DVec3, Vec3};
 use imaging::color::luminance;
 use light::{Lamp, Rig};

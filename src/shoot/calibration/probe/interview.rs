@@ -4,8 +4,8 @@ use super::super::cholesky::inverse;
 use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::footprint::Footprint;
 use super::super::least_squares::NormalEquations;
-use super::super::median::median;
 use super::Probes;
+use base::median::median;
 use imaging::color::luminance;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Comparison of the measured rig with the layout: swapped and displaced lamps.
 
-use super::super::median::median;
 use super::finding::{Fault, Finding, names};
+use base::median::median;
 use glam::{Mat3, Quat, Vec3};
 use light::{Lamp, Rig};
 

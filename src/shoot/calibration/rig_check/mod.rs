@@ -5,9 +5,9 @@ mod layout;
 
 pub use finding::{Fault, Finding};
 
-use super::median::median;
 use base::error::{Error, Result};
 use base::files;
+use base::median::median;
 use finding::names;
 use glam::Vec3;
 use imaging::color::luminance;

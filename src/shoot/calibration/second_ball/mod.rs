@@ -5,11 +5,11 @@
 
 use super::code_values::ResponseTable;
 use super::highlight::NEAR_DEG;
-use super::median::median;
 use super::mirror_ball::MirrorBall;
 use super::probe::{Probes, footprints, measure};
 use super::silhouette;
 use base::error::{Error, Result};
+use base::median::median;
 use base::progress::Progress;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use light::{Lamp, Rig};

@@ -1,9 +1,9 @@
 use super::*;
+use base::median::median;
 use footage::{Exemplar, Frame};
 use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Mask, Raster, Response, file};
 use light::{Lamp, Rig};
-use median::median;
 use mirror_ball::MirrorBall;
 use project::{Ball, Picture, Shoot};
 use std::path::{Path, PathBuf};
