@@ -276,6 +276,36 @@ fn poses_with_different_lamps_are_pooled() {
 }
 
 #[test]
+fn pixels_that_no_exemplar_shows_are_lit_as_the_whole_subject_is() {
+    let stage = &*STAGE;
+    let frame = &stage.frames[stage.known];
+    let (width, height) = frame.plate.size();
+    let cut = 3 * height / 4 * width;
+    let black = |picture: &mut Image| picture.pixels[cut..].fill([0.0; 3]);
+    let mut poses = stage.poses.clone();
+    for PlatePose { exemplar, plate } in &mut poses {
+        exemplar.olats.iter_mut().for_each(black);
+        exemplar.mask.pixels[cut..].fill(0.0);
+        black(plate);
+    }
+    let light = stage.calibration.learnt_light();
+    let field = Transfer::new(&poses, &stage.calibration.rig, light.clone()).carry(frame).field;
+    let unseen = (cut + width..width * height).filter(|&p| frame.mask.pixels[p] > 0.99);
+    let (mut pixels, mut coloured) = (0, 0);
+    for p in unseen {
+        let (sum, plate) = (sum(&field, &light, p), frame.plate.pixels[p]);
+        assert!((0..3).all(|c| (sum[c] - plate[c]).abs() < 0.01 * plate[c].max(0.01)), "{sum:?} is not {plate:?}");
+        for (lamp, weight) in light.iter().enumerate() {
+            let ratio: [f32; 3] = std::array::from_fn(|c| weight[c] * field.plane(lamp, c)[p] / plate[c]);
+            let (least, most) = (ratio.into_iter().fold(1.0, f32::min), ratio.into_iter().fold(0.0, f32::max));
+            pixels += 1;
+            coloured += usize::from(most > 2.0 * least + 0.02);
+        }
+    }
+    assert!(pixels > 2000 && coloured * 100 < pixels, "{coloured} of {pixels}");
+}
+
+#[test]
 fn the_number_of_threads_changes_no_bit() {
     let stage = &*STAGE;
     let (transfer, frame) = (transfer(), stage.frames[2].clone());

@@ -164,9 +164,7 @@ fn shoots(options: &Options) -> Result<Vec<Shoot>> {
         all.push(Shoot { name: name.to_owned(), folder, given: false });
     };
     let demo = options.work.join("demo");
-    if !demo.join("shoot/manifest.json").exists() {
-        afterlight.run(&["demo", &demo.to_string_lossy(), "--prepare"])?;
-    }
+    afterlight.run(&["demo", &demo.to_string_lossy(), "--prepare"])?;
     made("demo", demo.join("shoot"));
     let scan = options.shared.join("stage");
     if scan.join("manifest.json").exists() {

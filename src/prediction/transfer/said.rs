@@ -26,6 +26,9 @@ const LEAST_LIKENESS: f32 = 1e-4;
 const LEAST_CONSISTENCY: f32 = 0.1;
 const LEAST_COVERAGE: f32 = 0.01;
 const LEAST_POSE: f32 = 1e-9;
+/// Coverage from which an exemplar shows a pixel's light. Below, noise takes its place, and the pixel is lit as the whole
+/// subject is.
+const KNOWN_COVERAGE: f32 = 0.02;
 /// Pixels that a thread predicts at a time.
 pub const PIXELS: usize = 128;
 
@@ -57,13 +60,17 @@ impl Target<'_> {
         let (mut roots, lit) = self.predicted(pose, &turned, &found);
         let [turned, _] = turned;
         let stride = lamps.stride;
+        let coverage = found.pulled(&pose.mask);
+        let usual = self.usual_roots(&roots);
         for ((roots, lit), &p) in roots.chunks_exact_mut((3 * stride).max(1)).zip(&lit).zip(&self.pixels) {
+            let known = (coverage.pixels[p] / KNOWN_COVERAGE).min(1.0);
             for (c, roots) in roots.chunks_exact_mut(stride).enumerate() {
-                let scale = (self.frame.plate.pixels[p][c].max(0.0) / lit[c].max(self.dark)).sqrt();
-                roots.iter_mut().for_each(|root| *root *= scale);
+                let light = self.frame.plate.pixels[p][c].max(0.0);
+                let scale = known * (light / lit[c].max(self.dark)).sqrt();
+                let unknown = (1.0 - known) * light.sqrt();
+                roots.iter_mut().zip(&usual[c]).for_each(|(root, usual)| *root = scale * *root + unknown * usual);
             }
         }
-        let coverage = found.pulled(&pose.mask);
         let unlike = self.unlike(&self.spread(&lit).map(luminance), &coverage);
         let like = |((unlike, coverage), consistency): ((&f32, &f32), &f32)| {
             // Coverage has a part of its own.
@@ -84,6 +91,21 @@ impl Target<'_> {
             like,
             pose: gaussian(turn_degrees(&found.turn), POSE) + LEAST_POSE,
         }
+    }
+
+    /// Roots of the whole subject's light, 1 under the interview's light, channel by channel.
+    fn usual_roots(&self, roots: &[f32]) -> [Vec<f32>; 3] {
+        let stride = self.lamps.stride;
+        let mut sums = vec![0.0; 3 * stride];
+        for roots in roots.chunks_exact((3 * stride).max(1)) {
+            sums.iter_mut().zip(roots).for_each(|(sum, root)| *sum += root * root);
+        }
+        let weights = by_channel(self.lamps, self.weights);
+        std::array::from_fn(|c| {
+            let sums = &sums[c * stride..][..stride];
+            let lit: f32 = sums.iter().zip(&weights[c]).map(|(sum, weight)| sum * weight).sum();
+            sums.iter().map(|sum| (sum / lit.max(f32::MIN_POSITIVE)).sqrt()).collect()
+        })
     }
 
     /// Forward–backward consistency of a match, 0 to 1. The match back has half the pixels a side of [`Self::found`].
