@@ -81,7 +81,9 @@ impl<'a> Target<'a> {
         let turned = [first.turn, first.body].map(|turn| self.lamps.turned(&turn, &pose.missing));
         let (_, lit) = self.predicted(pose, &turned, &first);
         let relit = self.spread(&lit).map(luminance);
-        let covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
+        // What the frame cuts off is missing from its prediction, too.
+        let mut covered = inside(&coverage).map(|inside| f32::from(u8::from(inside)));
+        covered.pixels.iter_mut().zip(&self.matte.pixels).for_each(|(covered, matte)| *covered *= matte);
         let more = self.offsets(&self.same_light, &matched_contrast(&relit, &covered, SAME_LIGHT));
         self.moved(more).then(&first.offsets)
     }
